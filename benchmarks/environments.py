@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.threads import available_cores
-from meltemi.learning.fleet import Fleet, Machine
+from meltemi.learning.fleet import Fleet, TaskSetup
 from meltemi.learning.settings import MODELS, TEST_SEEDS, EnvironmentSettings
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.simulation.options import ModelOptions
@@ -32,12 +32,12 @@ def timed_environments(seeds: tuple[int, ...] = TEST_SEEDS) -> dict[str, dict[st
     found: dict[str, dict[str, float]] = {}
     loads = {name: _equivalent(options, seeds) for name, options in MODELS.items()}
     for name, options in MODELS.items():
-        machine = Machine("LoadControl", EnvironmentSettings(model=options))
-        reset, one = _rate(machine, 1)
+        setup = TaskSetup("LoadControl", EnvironmentSettings(model=options))
+        reset, one = _rate(setup, 1)
         found[name] = {
-            "time_step_s": machine.dt,
+            "time_step_s": setup.dt,
             "per_second": round(one),
-            "per_second_all": round(_rate(machine, available_cores())[1]),
+            "per_second_all": round(_rate(setup, available_cores())[1]),
             "reset_ms": round(1e3 * reset, 1),
         }
         for load in LOADS:
@@ -46,10 +46,10 @@ def timed_environments(seeds: tuple[int, ...] = TEST_SEEDS) -> dict[str, dict[st
     return found
 
 
-def _rate(machine: Machine, threads: int) -> tuple[float, float]:
+def _rate(setup: TaskSetup, threads: int) -> tuple[float, float]:
     """[s] of a reset, and environment steps a second; of one thread by processor time."""
     clock = time.thread_time if threads == 1 else time.perf_counter
-    fleet, actions, best = Fleet(machine, TURBINES, threads), np.zeros((TURBINES, 2), np.float32), 1e9
+    fleet, actions, best = Fleet(setup, TURBINES, threads), np.zeros((TURBINES, 2), np.float32), 1e9
     rngs = [np.random.default_rng(i) for i in range(TURBINES)]
     for _ in range(2):  # the second time the winds are there
         began = clock()
@@ -68,12 +68,12 @@ def _rate(machine: Machine, threads: int) -> tuple[float, float]:
 
 def _equivalent(options: ModelOptions, seeds: tuple[int, ...]) -> dict[str, list[float]]:
     """Equivalent loads of episodes under the baseline controller."""
-    machine = Machine("LoadControl", EnvironmentSettings(model=options, seeds=seeds, channels=LOADS[1:]))
-    fleet = Fleet(machine, 1)
+    setup = TaskSetup("LoadControl", EnvironmentSettings(model=options, seeds=seeds, channels=LOADS[1:]))
+    fleet = Fleet(setup, 1)
     found: dict[str, list[float]] = {load: [] for load in LOADS}
     for seed in seeds:
         fleet.begin(0, np.random.default_rng(0), {"turbulence_seed": seed, "begin": 0.0})
-        for _ in range(machine.steps):
+        for _ in range(setup.steps):
             fleet.step(np.zeros(1, dtype=np.int64), np.zeros((1, 2), np.float32), [])
         result = fleet.episodes[0].simulation.result().raise_for_status()
         for load, value in equivalent_loads(result, LOADS).items():

@@ -1226,7 +1226,7 @@ def _only_begin_what_is_long() -> None:
     from meltemi.controllers import schemes
     from meltemi.core.errors import RunError
     from meltemi.papers import study
-    from meltemi.papers.he2018 import duel
+    from meltemi.papers.he2018 import rosco
     from meltemi.reports import inspection, wind_plots
     from meltemi.simulation import rotors, simulate
     from meltemi.studies import difference, flutter, observer, parked_modes
@@ -1245,8 +1245,8 @@ def _only_begin_what_is_long() -> None:
         (campbell, "campbell"), (flutter, "flutter"), (parked_modes, "parked_stability"), (bench, "benchmark"),
         (compare, "compare"), (schemes, "design_controllers"), (observer, "observer"),
         (docs, "built_site"), (live_server, "LiveServer"),
-        (inspection, "inspect_turbine"), (verification, "verification"), (warmup, "warmup"), (duel, "duel"),
-        (study, "reproduce"),
+        (inspection, "inspect_turbine"), (verification, "verification"), (warmup, "warmup"),
+        (rosco, "compare_with_rosco"), (study, "reproduce"),
     ]  # fmt: skip
     for module, name in long:
         setattr(module, name, begun)

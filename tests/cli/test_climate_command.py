@@ -12,18 +12,18 @@ import pytest
 from terminal import Command
 
 from meltemi.studies.climate import response
-from meltemi.studies.climate.response import SLOPES, Response, Setup
+from meltemi.studies.climate.response import SLOPES, Response, ResponseSetup
 from meltemi.turbine.definition import Turbine
 
 HOURS = "temperature,humidity,pressure,wind_speed\n35,0.4,100000,8\n-10,0.4,100000,9\n5,0.4,,10\n"
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[ResponseSetup]:
     """Power and loads that go with density and wind; the list gets what was asked for."""
-    found: list[Setup] = []
+    found: list[ResponseSetup] = []
 
-    def respond(turbine: Turbine, setup: Setup, **_: Any) -> Response:
+    def respond(turbine: Turbine, setup: ResponseSetup, **_: Any) -> Response:
         found.append(setup)
         v, d = np.array(setup.speeds), np.array(setup.densities)[:, None, None]
         power = d * v[:, None] ** 3 * np.ones(len(setup.seeds))
@@ -35,7 +35,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[Setup]:
     return found
 
 
-def test_a_year_of_hours(command: Command, tmp_path: Path, asked: list[Setup]) -> None:
+def test_a_year_of_hours(command: Command, tmp_path: Path, asked: list[ResponseSetup]) -> None:
     (tmp_path / "site.csv").write_text(HOURS)
     out = tmp_path / "out"
     ran = command("climate", "nrel5mw", "--climate", tmp_path / "site.csv", "--altitude", 300, "--out", out)
@@ -49,7 +49,7 @@ def test_a_year_of_hours(command: Command, tmp_path: Path, asked: list[Setup]) -
     assert all(float(row["mean power [kW]"]) > 0.0 for row in rows)
 
 
-def test_a_single_seed_has_no_interval(command: Command, tmp_path: Path, asked: list[Setup]) -> None:
+def test_a_single_seed_has_no_interval(command: Command, tmp_path: Path, asked: list[ResponseSetup]) -> None:
     ran = command("climate", "nrel5mw", "--climate", "north_sea", "--seeds", 1, "--out", tmp_path)
     assert ran.status == 0 and len(asked[0].seeds) == 1
     assert "nan" not in ran.out and "±" not in ran.out

@@ -26,7 +26,7 @@ from meltemi.simulation.scene.record import unpacked
 from meltemi.turbine.definition import Turbine
 from meltemi.view.commands import live as command
 from meltemi.view.commands.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer
-from meltemi.view.live_run import LAG, SEA_PERIOD, Air, LiveRun, LiveWind
+from meltemi.view.live_run import LAG, SEA_PERIOD, LiveRun, LiveWind, WindState
 from meltemi.view.live_session import Session
 from meltemi.view.sea_surface import POINTS
 from meltemi.wind.velocity import WindField, WindParameters, wind_velocity
@@ -95,7 +95,7 @@ def test_turbulence_changes_the_scatter(session: Session) -> None:
 
 
 def test_the_wind_changes_without_a_jump(turbine: Turbine) -> None:
-    wind = LiveWind(turbine, Air(8.0, 0.2, 0.1))
+    wind = LiveWind(turbine, WindState(8.0, 0.2, 0.1))
     run = LiveRun(meltemi.build(turbine), wind)
     run.piece(40)
     field, t = WindField("floats", run.simulation.case.arrays), run.simulation.time
@@ -111,9 +111,9 @@ def test_the_wind_changes_without_a_jump(turbine: Turbine) -> None:
         return found / (wind.air.speed * wind.air.intensity)
 
     before = fluctuation()
-    wind.change(Air(16.0, 0.1, 0.1), t, run.simulation.case["wind"])
+    wind.change(WindState(16.0, 0.1, 0.1), t, run.simulation.case["wind"])
     assert np.abs(fluctuation() - before).max() < 1e-4
-    now = Air(8.0, 0.1).towards(Air(18.0, 0.1), LAG)
+    now = WindState(8.0, 0.1).towards(WindState(18.0, 0.1), LAG)
     assert now.speed == pytest.approx(18.0 - 10.0 / np.e)
 
 

@@ -186,7 +186,7 @@ def test_metadata_tell_input_files_apart(make: Any, model: Model) -> None:
         ("crash", "crashed (SIGSEGV"),
         ("exit", "ended its process with exit code 3"),
         ("hang", "did not come back from a call within 0.4 s"),
-        ("fail", "asked for the end of the run: the gearbox is too hot"),
+        ("fail", "requested the end of the run: the gearbox is too hot"),
         ("override", "records 55, 56"),
         ("nan", "generator_torque = nan"),
     ],

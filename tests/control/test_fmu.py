@@ -347,7 +347,9 @@ def test_units_that_are_no_controllers_are_refused(model: Model, tmp_path: Path)
         fmu_controller(tmp_path / "none.fmu", turbine)
     wrong = {"variables": [("pitch", "output"), ("generator_sped", "input")], "step": "pass"}
     path = unit_of(tmp_path, "wrong_unit", wrong)
-    with pytest.raises(InputError, match=r"'generator_sped' is none of a turbine's: did you mean .*generator_speed"):
+    with pytest.raises(
+        InputError, match=r"'generator_sped' is not a variable of a turbine: did you mean .*generator_speed"
+    ):
         make_controller(str(path), model)
     path = unit_of(tmp_path, "idle_unit", {"variables": [("generator_speed", "input")], "step": "pass"})
     with pytest.raises(InputError, match="none of its outputs is a demand"):

@@ -12,7 +12,7 @@ import meltemi
 from meltemi.control.controller import Controller
 from meltemi.controllers.tuning import linear_models, margins, scaled
 from meltemi.core.errors import InputError
-from meltemi.papers.he2018.runs import TUNING_SEEDS, Setup
+from meltemi.papers.he2018.runs import TUNING_SEEDS, LoadControlSetup
 from meltemi.simulation.rotors import default_step
 from meltemi.tuning.controller_bench import study
 from meltemi.tuning.controller_bench.bench import ControllerBench
@@ -102,7 +102,7 @@ def test_seeds_are_held_out(turbine):
     seeds = {(c.situation.name, c.seed) for c in cases_of(suite_of(turbine)) if c.situation.group == "production"}
     assert len(seeds) == 66
     assert min(seed for _, seed in seeds) > FIRST_SEED > 1_000_000
-    assert max(*TUNING_SEEDS, *Setup().seeds, *Setup().study_seeds) < 1_000_000
+    assert max(*TUNING_SEEDS, *LoadControlSetup().seeds, *LoadControlSetup().study_seeds) < 1_000_000
 
 
 def test_a_turbine_with_a_lower_cut_out_has_fewer_speeds(turbine):

@@ -18,13 +18,12 @@ from meltemi.environment.drops import water_content
 from meltemi.papers.palanimuthu2022.beyond import climate as part
 from meltemi.papers.palanimuthu2022.beyond.climate import study, years
 from meltemi.reports.blocks import Block, Table
-from meltemi.studies.climate.climates import MONTH_HOURS, load_climate
-from meltemi.studies.climate.response import ICED, SHED, SLOPES, WET, Response, Setup, State
+from meltemi.studies.climate.response import ICED, SHED, SLOPES, WET, Response, ResponseSetup, WeatherState
 from meltemi.studies.climate.tables import month_table
 from meltemi.studies.climate.weather import periods, read_weather
 from meltemi.studies.climate.year import SHED_SHARE, Curves, a_year
 
-SETUP = Setup(seeds=(1, 2))
+SETUP = ResponseSetup(seeds=(1, 2))
 SPEEDS, DENSITIES = np.array(SETUP.speeds), np.array(SETUP.densities)
 
 
@@ -52,9 +51,9 @@ def response(turbine: Turbine) -> Response:
         below=np.ones(power.shape),
         loads=loads,
         states={
-            ICED: State(1.3, 0.8 * power[-1], last, 11.5),
-            SHED: State(1.3, 0.9 * power[-1], {name: 2.0 * values for name, values in last.items()}, 11.3),
-            WET: State(1.15, power[1], {name: 1.01 * values for name, values in middle.items()}, 11.3),
+            ICED: WeatherState(1.3, 0.8 * power[-1], last, 11.5),
+            SHED: WeatherState(1.3, 0.9 * power[-1], {name: 2.0 * values for name, values in last.items()}, 11.3),
+            WET: WeatherState(1.15, power[1], {name: 1.01 * values for name, values in middle.items()}, 11.3),
         },
         rated_wind=11.0 * (1.225 / DENSITIES) ** (1.0 / 3.0),
         points=tuple(points),  # type: ignore[arg-type]

@@ -50,7 +50,7 @@ def test_environments_follow_the_rules_of_gymnasium(name: str) -> None:
     first, again = episode(one.unwrapped, seed=5), episode(one.unwrapped, seed=5)
     assert np.array_equal(first["observations"], again["observations"])
     assert np.array_equal(first["rewards"], again["rewards"])
-    assert first["ended"] == (False, True) and len(first["rewards"]) == round(4.0 / env.machine.step)
+    assert first["ended"] == (False, True) and len(first["rewards"]) == round(4.0 / env.setup.step)
     other = episode(one.unwrapped, seed=6)
     assert not np.array_equal(first["observations"], other["observations"])
     assert np.abs(first["observations"]).max() <= 1.0
@@ -150,9 +150,9 @@ def test_load_component_is_the_damage_of_the_episode() -> None:
         env = make(load_measure=measure, weights={"load": 2.0}, loads={name: 0.5})
         run = episode(env)
         total = -sum(info["reward_load"] for info in run["infos"][1:])
-        series = env.result().evaluated[name] / load_scale(env.machine.turbine, name)
-        damage = damage_sum(rainflow_cycles(series), 4.0) / env.machine.step
-        rate = np.sum((np.diff(series) / env.machine.output_step) ** 2) / (env.machine.step / env.machine.output_step)
+        series = env.result().evaluated[name] / load_scale(env.setup.turbine, name)
+        damage = damage_sum(rainflow_cycles(series), 4.0) / env.setup.step
+        rate = np.sum((np.diff(series) / env.setup.output_step) ** 2) / (env.setup.step / env.setup.output_step)
         assert total == pytest.approx(damage if measure == "rainflow" else rate, rel=1e-9)
 
 
@@ -160,7 +160,7 @@ def test_observations_are_sensors_on_their_ranges() -> None:
     names = ("generator_speed", "pitch_1", "power", "azimuth_sine", "fore_aft_acceleration")
     env = make(sensors=names)
     seen = episode(env)["observations"][-1]
-    measured, known = env.fleet.episodes[0].simulation.case.control.measured, sensors_of(env.machine.turbine)
+    measured, known = env.fleet.episodes[0].simulation.case.control.measured, sensors_of(env.setup.turbine)
     values = [measured.generator_speed, measured.pitch[0], measured.power]
     values += [np.sin(measured.azimuth), measured.fore_aft_acceleration]
     for name, value, shown in zip(names, values, seen, strict=True):
@@ -185,7 +185,7 @@ def test_training_and_test_seeds_have_none_in_common() -> None:
     assert len({*envs.TRAINING_SEEDS}) == len(envs.TRAINING_SEEDS) and len({*envs.TEST_SEEDS}) == len(envs.TEST_SEEDS)
     env = make()
     assert {env.reset(seed=i)[1]["turbulence_seed"] for i in range(8)} <= set(envs.TRAINING_SEEDS)
-    speeds = [env.machine.wind_speed(seed) for seed in envs.TEST_SEEDS]
+    speeds = [env.setup.wind_speed(seed) for seed in envs.TEST_SEEDS]
     assert min(speeds) < 9.5 and max(speeds) > 16.5  # the whole range
 
 
@@ -300,7 +300,7 @@ def test_actions_move_the_actuators() -> None:
         run[action] = env.result().evaluated
     none, pitched, eased = run.values()
     assert pitched["pitch_1"][5] > none["pitch_1"][5] + 0.01
-    most = env.machine.turbine.control.torque.maximum_torque
+    most = env.setup.turbine.control.torque.maximum_torque
     assert (eased["generator_torque"] - none["generator_torque"])[30] == pytest.approx(-0.05 * most, rel=0.1)
     ipc = make("Meltemi/IPC-v0", channels=("pitch_1", "pitch_2"))
     episode(ipc, (0.0, 1.0, 0.0), options=calm)

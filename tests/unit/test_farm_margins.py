@@ -15,8 +15,8 @@ from meltemi.papers.palanimuthu2022.beyond.farm import (
     LOADS,
     SHARES,
     SPLITS,
-    Farm,
-    Point,
+    FarmSetPoint,
+    TwoTurbineResults,
     loads_table,
     margins_table,
     splits,
@@ -49,7 +49,7 @@ def test_wind_behind_a_turbine() -> None:
 
 
 @pytest.fixture
-def farm() -> Farm:
+def farm() -> TwoTurbineResults:
     """Derating takes thrust and load; misalignment takes power and adds load, from one side more than the other."""
     turbine: Any = SimpleNamespace(name="t", rotor_radius=63.0)
     seeds = np.array([1.0, 1.01, 0.99, 1.02])
@@ -58,20 +58,24 @@ def farm() -> Farm:
         for share in SHARES:
             load = share * (1.0 + (0.15 if angle > 0.0 else 0.05 if angle < 0.0 else 0.0))
             numbers = {"generator_power": 2.3e6 * share * math.cos(angle) ** 2, "rotor_aero_thrust": 5e5 * share}
-            points[Point(angle, share)] = {n: x * seeds for n, x in (numbers | dict.fromkeys(LOADS, load)).items()}
-    made = Farm(turbine, points, {}, {})
+            points[FarmSetPoint(angle, share)] = {
+                n: x * seeds for n, x in (numbers | dict.fromkeys(LOADS, load)).items()
+            }
+    made = TwoTurbineResults(turbine, points, {}, {})
     margins = splits(made)
-    return Farm(turbine, points, margins, {split: (3 - i) * 0.01 * seeds for i, split in enumerate(SPLITS)})
+    return TwoTurbineResults(
+        turbine, points, margins, {split: (3 - i) * 0.01 * seeds for i, split in enumerate(SPLITS)}
+    )
 
 
-def test_derating_compensates_misalignment(farm: Farm) -> None:
+def test_derating_compensates_misalignment(farm: TwoTurbineResults) -> None:
     within = {(round(math.degrees(p.angle)), p.share): farm.within(p) for p in farm.points}
     assert within[0, 1.0] and within[-20, 0.9] and within[20, 0.8]
     assert not within[-20, 1.0] and not within[20, 0.9]
-    assert farm.gain(ALIGNED).mean == 0.0 and farm.speed(Point(0.0, 0.8)) > farm.speed(ALIGNED)
+    assert farm.gain(ALIGNED).mean == 0.0 and farm.speed(FarmSetPoint(0.0, 0.8)) > farm.speed(ALIGNED)
 
 
-def test_the_largest_margin_is_the_smaller_of_both(farm: Farm) -> None:
+def test_the_largest_margin_is_the_smaller_of_both(farm: TwoTurbineResults) -> None:
     equal, aligned, steered = (farm.margins[split] for split in SPLITS)
     assert sum(equal[1]) == pytest.approx(sum(aligned[1])) == pytest.approx(sum(steered[1]))
     assert equal[0] == aligned[0] == 0.0 and equal[2] <= aligned[2] <= steered[2]
@@ -83,7 +87,7 @@ def test_the_largest_margin_is_the_smaller_of_both(farm: Farm) -> None:
     )
 
 
-def test_tables_and_words_of_the_farm(farm: Farm) -> None:
+def test_tables_and_words_of_the_farm(farm: TwoTurbineResults) -> None:
     loads, margins = loads_table({"t": farm}), margins_table({"t": farm})
     assert [row[8] for row in loads.rows if row[1] == "+20"] == ["no", "no", "yes"]
     assert [row[7] for row in margins.rows] == ["", "-33.3 ± 0.0", "-66.7 ± 0.0"]

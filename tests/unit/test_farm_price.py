@@ -13,7 +13,15 @@ import pytest
 from meltemi import InputError
 from meltemi.core.yamlfile import read_record
 from meltemi.farm.layout import FarmCase
-from meltemi.farm.report import CHANNELS, FORE_AFT, SIDE_SIDE, differences, plot_price, price, price_rows
+from meltemi.farm.report import (
+    CHANNELS,
+    FORE_AFT,
+    SIDE_SIDE,
+    compare_farms,
+    comparison_rows,
+    differences,
+    plot_comparison,
+)
 from meltemi.farm.settings import WORDS, WakeSettings
 from meltemi.farm.simulation import FarmResult
 from meltemi.farm.stored import read_farm, write_farm
@@ -50,7 +58,7 @@ def both() -> tuple[FarmResult, FarmResult]:
 
 
 def test_gain_and_price_are_those_of_the_series(both: tuple[FarmResult, FarmResult]) -> None:
-    found = price(*both)
+    found = compare_farms(*both)
     assert found.power_change() == pytest.approx([-20.0, 100.0, 100.0 * (4.0 / 3.5 - 1.0)])
     changes = found.load_changes()
     assert list(changes) == [ROOT, FORE_AFT]
@@ -62,12 +70,12 @@ def test_gain_and_price_are_those_of_the_series(both: tuple[FarmResult, FarmResu
 
 
 def test_a_fall_of_all_loads_is_no_rise() -> None:
-    found = price(farm(turbine(1e6, 1e6, 1e6)), farm(turbine(1e6, 2e6, 1.25e6)))
+    found = compare_farms(farm(turbine(1e6, 1e6, 1e6)), farm(turbine(1e6, 2e6, 1.25e6)))
     assert found.words().endswith("smallest fall of an equivalent load: tower base of T1, -20.0 %")
 
 
 def test_the_table_has_both_runs_and_the_farm_at_last(both: tuple[FarmResult, FarmResult]) -> None:
-    head, rows = price_rows(price(*both))
+    head, rows = comparison_rows(compare_farms(*both))
     assert [row[0] for row in rows] == ["T1", "T2", "farm"]
     cells = dict(zip(head, rows[1], strict=True))
     assert (cells["power kW"], cells["reference power kW"], cells["power change %"]) == ("2000", "1000", "100.0")
@@ -77,7 +85,7 @@ def test_the_table_has_both_runs_and_the_farm_at_last(both: tuple[FarmResult, Fa
     assert (first["yaw deg"], first["reference yaw deg"]) == ("20.00", "0")
     last = dict(zip(head, rows[2], strict=True))
     assert float(last["power change %"]) == pytest.approx(14.29, abs=0.01) and last["blade root DEL change %"] == ""
-    short = price_rows(price(*both), values=False)[0]
+    short = comparison_rows(compare_farms(*both), values=False)[0]
     assert short == ["turbine", "yaw deg", "power kW", "power %", "blade root %", "tower base %"]
 
 
@@ -85,7 +93,7 @@ def test_each_tower_is_bent_along_its_own_wind() -> None:
     """The same bending along the wind, from x and from 90 deg: no change."""
     along = farm(turbine(1e6, 1e6, tower=1e6, side=0.0))
     turned = farm(turbine(1e6, 1e6, tower=0.0, side=1e6), direction=0.5 * np.pi)
-    assert price(turned, along).load_changes()[FORE_AFT] == pytest.approx([0.0], abs=1e-9)
+    assert compare_farms(turned, along).load_changes()[FORE_AFT] == pytest.approx([0.0], abs=1e-9)
 
 
 def test_what_differs_is_named(both: tuple[FarmResult, FarmResult]) -> None:
@@ -98,11 +106,11 @@ def test_what_differs_is_named(both: tuple[FarmResult, FarmResult]) -> None:
 
 def test_farms_of_other_counts_are_refused(both: tuple[FarmResult, FarmResult]) -> None:
     with pytest.raises(InputError, match="has 1 turbine and this farm 2: farms are compared turbine by turbine"):
-        price(both[0], farm(both[1][0]))
+        compare_farms(both[0], farm(both[1][0]))
 
 
 def test_bars_are_the_changes(both: tuple[FarmResult, FarmResult]) -> None:
-    axes: Any = plot_price(price(*both), "against").axes
+    axes: Any = plot_comparison(compare_farms(*both), "against").axes
     power, loads = axes
     assert [bar.get_height() for bar in power.patches] == pytest.approx([-20.0, 100.0, 14.2857], rel=1e-4)
     assert [text.get_text() for text in power.get_xticklabels()] == ["T1", "T2", "farm"]

@@ -11,7 +11,7 @@ import pytest
 import meltemi
 from meltemi.cases.case import LoadCase, case_wind
 from meltemi.farm.report import FORE_AFT, SIDE_SIDE, along_wind
-from meltemi.farm.simulation import facing, nacelle_yaw
+from meltemi.farm.simulation import nacelle_yaw, yawed_models
 from meltemi.loads.loadbase.campaign import make_campaign
 from meltemi.loads.surrogate.campaign import SurrogateCampaign
 from meltemi.simulation.channels import every_kind
@@ -29,12 +29,12 @@ def test_nacelles_face_the_wind(yaw: float, direction: float, stands: float) -> 
 
 def test_turbines_that_stand_alike_share_a_model() -> None:
     model = meltemi.build(meltemi.load_turbine("pmsg20mw"))
-    assert facing([model, model], np.zeros(2), 0.0) == [model, model]
-    one, two, three = facing([model] * 3, np.array([0.0, 0.1, 0.0]), 0.5)
+    assert yawed_models([model, model], np.zeros(2), 0.0) == [model, model]
+    one, two, three = yawed_models([model] * 3, np.array([0.0, 0.1, 0.0]), 0.5)
     assert one is three and one is not two
     assert (one.options.nacelle_yaw, two.options.nacelle_yaw) == pytest.approx((-0.5, -0.4))
     with pytest.raises(meltemi.InputError, match="options.nacelle_yaw: turbines of a farm face the wind"):
-        facing([one], np.zeros(1), 0.0)
+        yawed_models([one], np.zeros(1), 0.0)
 
 
 def test_the_table_has_wind_and_tower_load_along_the_wind() -> None:

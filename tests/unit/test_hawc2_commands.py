@@ -14,7 +14,7 @@ import meltemi
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.exchange.hawc2 import model
 from meltemi.exchange.hawc2.bodies import DAMPING
-from meltemi.exchange.hawc2.htc import Block, Command, Row, Treatment, rows, treatments
+from meltemi.exchange.hawc2.htc import Block, Command, CommandRule, Treatment, rows, treatments
 from meltemi.exchange.report import ImportedModel, Kind
 
 MAIN = "htc/toy.htc"
@@ -226,7 +226,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, Command, Kind, str]
     return found
 
 
-def variants_of(row: Row) -> list[list[tuple[str, str]]]:
+def variants_of(row: CommandRule) -> list[list[tuple[str, str]]]:
     """Edits of the toy model that give it the commands of a row."""
     leaf = row.path.rpartition("/")[2]
     library = re.search(r"type2_dll:(\w+)", row.path)
@@ -246,7 +246,9 @@ IDS = [f"{r.path.removeprefix('new_htc_structure/')} {'|'.join(r.values)}" for r
 
 
 @pytest.mark.parametrize("row", READ, ids=IDS)
-def test_what_is_called_used_is_used(row: Row, seen: list[tuple[str, Command, Kind, str]], tmp_path: Path) -> None:
+def test_what_is_called_used_is_used(
+    row: CommandRule, seen: list[tuple[str, Command, Kind, str]], tmp_path: Path
+) -> None:
     """Each command of a row, in each block of the model that has it, changes the imported model by itself."""
     tried = 0
     for n, edits in enumerate(variants_of(row)):
@@ -470,7 +472,7 @@ def test_files_that_are_not_used_are_not_needed(tmp_path: Path, turbine: meltemi
         ("mbdy2_eulerang 5 0 0", "mbdy2_axisangle 0 0 0 5", "expected an axis"),
         ("mbdy2_eulerang 5 0 0", "mbdy2_eulerpar 1 1 0 0", "four numbers of length 1"),
         ("mbdy2_eulerang 5 0 0", "relpos 0 0 1", "relpos: a distance between two bodies"),
-        ("bearing_vector 2 0 0 -1;\nend bearing1", "bearing_vector 2 0 1 0;\nend bearing1", "about its own axis"),
+        ("bearing_vector 2 0 0 -1;\nend bearing1", "bearing_vector 2 0 1 0;\nend bearing1", "rotate it about its axis"),
         ("name tower;", "name ;", "name: expected a word at place 1, found nothing"),
     ],
 )  # fmt: skip

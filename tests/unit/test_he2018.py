@@ -21,10 +21,10 @@ from meltemi.papers.he2018.claims import RULES, Finding
 from meltemi.papers.he2018.designs import LIDARS
 from meltemi.papers.he2018.measures import flap_slopes, probability, share_at, thin_airfoil
 from meltemi.papers.he2018.page import _facts
-from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, Runs, paper_turbine
-from meltemi.papers.he2018.verdicts import counts_words, held, verdicts_table
+from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, LoadControlRuns, paper_turbine
+from meltemi.papers.he2018.verdicts import count_by_reading, counts_words, verdicts_table
 from meltemi.papers.verdict import HOLDS, by_reading, differs, judgement, judgement_in
-from meltemi.studies.preview import Lidar, measured
+from meltemi.studies.preview import LidarErrors, measured
 from meltemi.studies.wind_likelihood import Minutes, estimate_wind
 from meltemi.tuning.compare import WHOLE
 from meltemi.wind.fields import WindBox
@@ -55,7 +55,7 @@ def test_the_errors_of_a_lidar_act_as_they_say() -> None:
     velocity[..., 0] = 20.0 + np.repeat(gusts, 5, axis=0)
     box = WindBox(velocity, dt=0.1, dy=15.0, dz=15.0, bottom=15.0, speed=20.0, periodic=True)
     ideal = preview_of(model, box, (4.0, np.zeros(40))).wind
-    np.testing.assert_array_equal(measured(box, model, Lidar()), ideal)
+    np.testing.assert_array_equal(measured(box, model, LidarErrors()), ideal)
     beams = measured(box, model, LIDARS["4 beams"])
     assert np.std(beams - ideal) == pytest.approx(0.5, rel=0.15)  # of the mean of four points
     evolved = measured(box, model, LIDARS["evolving turbulence"])
@@ -165,7 +165,7 @@ def test_a_verdict_is_that_of_each_reading() -> None:
 def test_the_headline_counts_each_reading() -> None:
     """What follows from a command and what cannot be checked is not among the claims that hold."""
     claims = lines("holds", MIXED.text, "smaller effect", "cannot be checked: because")
-    assert held(claims, READ) == [2, 1]
+    assert count_by_reading(claims, READ) == [2, 1]
     words = counts_words(claims, claims, READ)
     assert words.startswith("Of 3 claims of the paper that can be checked, 1 hold in every reading")
     assert f"1 in some, 1 in none. There hold 2 with {READ[0]}, 1 with {READ[1]}" in words
@@ -195,7 +195,7 @@ def test_both_models_meet_both_winds() -> None:
     """The model of the paper's FAST has stiff blades, static polars and a quasi-steady wake."""
     assert (FAST_MODEL.torsion_modes, FAST_MODEL.stall, FAST_MODEL.inflow) == (0, "static", "quasi_steady")
     c: Any = object()
-    runs = Runs(*[None] * 2, dict.fromkeys(READINGS, c), dict.fromkeys(READINGS, c), *[None] * 4)  # type: ignore[arg-type]
+    runs = LoadControlRuns(*[None] * 2, dict.fromkeys(READINGS, c), dict.fromkeys(READINGS, c), *[None] * 4)  # type: ignore[arg-type]
     assert list(runs.judged) == [f"{m}, {w}" for m in ("FAST's model", "full model") for w in ("class B", "ed. 2")]
     together = {
         name: value for part in MODEL_PARTS.values() for name, value in part.model_dump(exclude_unset=True).items()

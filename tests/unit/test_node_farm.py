@@ -13,7 +13,7 @@ from meltemi.compiler import members
 from meltemi.farm import averages, curled, field, march
 from meltemi.farm.curled import CurledField
 from meltemi.farm.eddies import eddies_of
-from meltemi.farm.field import PlaneField, Planes, Seen, WakeField, Wakes
+from meltemi.farm.field import PlaneField, Planes, VisiblePlanes, WakeField, Wakes
 from meltemi.farm.march import Mixing
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, wind_arrays
@@ -40,7 +40,8 @@ def wakes(profile: Any, cls: type[WakeField] = WakeField, way: float = 10.0, **v
     m = record(
         cls, planes=table(Planes, sizes, centre=place, normal=normal, wind=np.full((n, planes), U)), profile=box,
         wakes=Wakes.of(spacing=DR, reach=DR * (box.shape[2] - 1), ceiling=1e9, eddy_spacing=4.0, **values),
-        seen=table(Seen, {"wake": n}, first=[0] * n, last=[planes - 1] * n), eddies=np.zeros((2, 2, 3, 3), np.float32),
+        visible=table(VisiblePlanes, {"wake": n}, first=[0] * n, last=[planes - 1] * n),
+        eddies=np.zeros((2, 2, 3, 3), np.float32),
     )  # fmt: skip
     air = WindField("floats", wind_arrays(SteadyWind(speed=U), 90.0, 100.0))
     for name in members(WindField):
@@ -220,7 +221,7 @@ def test_viscosity_of_curled_wakes_follows_slopes_in_and_around_the_plane() -> N
     line = DR * np.arange(-3.0, 4.0)
     z, y = np.meshgrid(line, line, indexing="ij")
     r, nu = np.maximum(np.hypot(y, z), 1e-9), np.zeros((7, 7))
-    most = plain(curled.mixed)(0.3 * y - 0.2 * z, y / r, z / r, DR, 1.5, 20.0, 0.25, nu)
+    most = plain(curled.eddy_viscosity)(0.3 * y - 0.2 * z, y / r, z / r, DR, 1.5, 20.0, 0.25, nu)
     slope = np.abs(0.3 * y - 0.2 * z) / r + np.abs(0.3 * z + 0.2 * y) / r
     expected = 1.5 + 20.0 * np.maximum(slope, 0.25)
     near(nu[1:-1, 1:-1].ravel(), expected[1:-1, 1:-1].ravel())
@@ -234,7 +235,7 @@ def test_a_plane_of_a_curled_wake_mixes_and_is_carried() -> None:
     z, y = np.meshgrid(line, line, indexing="ij")
     V, nu, new = y**2 + 2.0 * z**2 + 3.0 * y - z, 1.0 + 0.1 * y + 0.2 * z, np.zeros((7, 7))
     vy, vz, dt = 0.4 + 0.01 * z, -0.3 + 0.02 * y, 0.1
-    plain(curled.carried)(V, vy, vz, nu, 0.5 * dt / DR**2, 0.5 * dt / DR, new)
+    plain(curled.advected)(V, vy, vz, nu, 0.5 * dt / DR**2, 0.5 * dt / DR, new)
     rate = 0.1 * (2.0 * y + 3.0) + 0.2 * (4.0 * z - 1.0) + nu * 6.0 - vy * (2.0 * y + 3.0) - vz * (4.0 * z - 1.0)
     near(new[1:-1, 1:-1].ravel(), (V + dt * rate)[1:-1, 1:-1].ravel())
 
@@ -348,9 +349,9 @@ def test_an_observer_looks_at_planes_that_cut_its_disk() -> None:
     count, near_ones = np.array([6, 6]), np.array([1, 0])
 
     def seen(x: float, y: float, normal: Vec, radius: float = 12.0) -> tuple[int, int]:
-        plain(averages.look)(m, count, near_ones, Vec(x, y, 90.0), normal, radius, 1.0)
-        assert m.seen.first[1] == m.seen.last[1]
-        return m.seen.first[0], m.seen.last[0]
+        plain(averages.select_planes)(m, count, near_ones, Vec(x, y, 90.0), normal, radius, 1.0)
+        assert m.visible.first[1] == m.visible.last[1]
+        return m.visible.first[0], m.visible.last[0]
 
     assert seen(25.0, 0.0, Vec(1.0, 0.0, 0.0)) == (2, 3)
     assert seen(20.5, 0.0, Vec(1.0, 0.0, 0.0)) == (1, 3)
@@ -380,7 +381,7 @@ def test_averages_weigh_points_of_a_disk_above_the_ground() -> None:
     # turned by 90 deg: what was to the left is below or above, and the right point takes its place
     turned = mean(m, 0.0, centre, n, 0.5 * np.pi, points, 20.0, averages.DISTURBED)[0]
     near(turned, (U - 0.3 * 2.0, 0.0, 0.0))
-    above = plain(averages.above)
+    above = plain(averages.share_above)
     m.wind.box_z = 10.0
     for z, part in ((10.0, 0.5), (13.0, 1.0), (8.5, 0.0), (10.9, 0.8)):
         assert above(z, 20.0, m) == pytest.approx(part)

@@ -15,7 +15,7 @@ from meltemi.compiler import Rot, Vec, View
 from meltemi.sea import blade_dampers, mass_dampers, pile
 from meltemi.sea.blade_dampers import BladeDamperSystem, Rider, RiderLoad, Slide, Swing
 from meltemi.sea.mass_dampers import DamperControl, DamperSystem, Mover, MoverState
-from meltemi.sea.pile import PileLoad, PileNode, PileStationLoad, PileSystem, SeaState, Water
+from meltemi.sea.pile import PileLoad, PileNode, PileStationLoad, PileSystem, PileWater, SeaState
 from meltemi.simulation.step import (
     begin_parts,
     begin_parts_step,
@@ -64,7 +64,7 @@ def pile_in_water(**water: Any) -> PileSystem:
     )  # fmt: skip
     water = {"density": 1000.0, "depth": 20.0, "step": 0.5, "period": 1e30} | water
     return record(
-        PileSystem, q=Q, v=V, a=A, structure=STRUCTURE, water=Water.of(**water), sea=SeaState.of(),
+        PileSystem, q=Q, v=V, a=A, structure=STRUCTURE, water=PileWater.of(**water), sea=SeaState.of(),
         sea_levels=np.array([-20.0, 0.0]), sea_field=np.zeros((8, 13)), sea_current=np.zeros((2, 2)),
         pile_nodes=nodes, pile_shape=shape, pile_load=table(PileLoad, {"node": 2}),
         core_force=np.zeros(2), core_mass=np.zeros((2, 2)),

@@ -15,7 +15,7 @@ from meltemi.exchange.openfast import Deck, read_deck
 from meltemi.exchange.openfast.members import read_members, with_ballast
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.openfast_writer.writer import Written
+from meltemi.exchange.openfast_writer.writer import ExportedDeck
 from meltemi.floating.coefficients import read_coefficients
 from meltemi.io import write_openfast
 from meltemi.sea.conditions import Sea, StillWater
@@ -32,7 +32,7 @@ SIMPLE = ModelOptions(stall="static", inflow="quasi_steady")
 FLOATER, PILE = "nrel5mw-spar", "nrel5mw-monopile"
 
 
-def written(turbine: Turbine, folder: Path, sea: Sea | None = None) -> Written:
+def written(turbine: Turbine, folder: Path, sea: Sea | None = None) -> ExportedDeck:
     return write_openfast(turbine, folder, options=SIMPLE, time_step=0.01, duration=60.0, sea=sea)
 
 

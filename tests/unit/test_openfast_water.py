@@ -15,7 +15,7 @@ from meltemi.exchange.openfast.members import displaced
 from meltemi.exchange.openfast.mooring import read_mooring
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.openfast.water import Water
+from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.report import ImportNote
 from meltemi.floating.moorings import MooringLine
 from meltemi.sea.kinds import sea_of
@@ -109,7 +109,7 @@ def lines_of(folder: Path, text: str) -> list[MooringLine]:
     return [validated(line, MooringLine, "line") for line in lines]
 
 
-def water_of(folder: Path, text: str, *, old: bool) -> Water:
+def water_of(folder: Path, text: str, *, old: bool) -> DeckWater:
     """Water of a deck with SeaState, or with the waves in HydroDyn."""
     (folder / "sea.dat").write_text(text)
     (folder / "hydro.dat").write_text(text if old else "title\n0 PotMod\n")
@@ -119,7 +119,7 @@ def water_of(folder: Path, text: str, *, old: bool) -> Water:
     values = Values([])
     values.data = {"comp_hydro": 1, "comp_sea": int(not old), "level": 0.4}
     values.data |= {"hydro_file": "hydro.dat", "sea_file": "sea.dat"}
-    return Water(file, values, [])
+    return DeckWater(file, values, [])
 
 
 def test_one_line_in_three_formats(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ from meltemi.exchange.openfast import Deck, read_deck
 from meltemi.exchange.openfast.text import key, read_input
 from meltemi.exchange.openfast_writer.sections import principal
 from meltemi.exchange.openfast_writer.template import fill
-from meltemi.exchange.openfast_writer.writer import Written
+from meltemi.exchange.openfast_writer.writer import ExportedDeck
 from meltemi.io import write_openfast as write
 from meltemi.structure.beam import section_axes
 from meltemi.verification.table import reference_table
@@ -49,7 +49,7 @@ PITCH_ACTUATOR = ("usepitchact", "pitchj", "pitchk", "pitchc")
 
 
 @pytest.fixture(scope="module")
-def written(turbine: Turbine, tmp_path_factory: pytest.TempPathFactory) -> Written:
+def written(turbine: Turbine, tmp_path_factory: pytest.TempPathFactory) -> ExportedDeck:
     return write(turbine, tmp_path_factory.mktemp("deck"))
 
 
@@ -104,14 +104,14 @@ def differences(one: Any, other: Any, path: str = "") -> list[str]:
 
 
 @pytest.mark.parametrize("module", FILES)
-def test_keywords_are_in_the_order_of_openfast(module: str, written: Written) -> None:
+def test_keywords_are_in_the_order_of_openfast(module: str, written: ExportedDeck) -> None:
     wanted = [row["keyword"] for row in reference_table("openfast_keywords", module=module)]
     assert keywords(written.main.parent / FILES[module]) == [name for name in wanted if name not in PITCH_ACTUATOR]
 
 
 @pytest.mark.rosco
 @pytest.mark.parametrize("module", ["ElastoDyn", "ServoDyn", "AeroDyn", "BeamDyn", "BeamDyn blade"])
-def test_keywords_are_those_of_newer_decks(module: str, written: Written, rosco_cases: Path) -> None:
+def test_keywords_are_those_of_newer_decks(module: str, written: ExportedDeck, rosco_cases: Path) -> None:
     folder = rosco_cases / "IEA-15-240-RWT"
     name = {"BeamDyn": "BeamDyn", "BeamDyn blade": "BeamDyn_blade", "AeroDyn": "AeroDyn15"}.get(module, module)
     kind = "" if "BeamDyn" in module else "-Monopile"
@@ -383,7 +383,7 @@ def test_a_controller_library_is_named(turbine: Turbine, tmp_path: Path) -> None
     assert '"mine.IN"   DLL_InFile' in text
 
 
-def test_the_simple_law_is_ours_up_to_rated(turbine: Turbine, written: Written) -> None:
+def test_the_simple_law_is_ours_up_to_rated(turbine: Turbine, written: ExportedDeck) -> None:
     """Region 2 meets region 2 1/2, and that the rated torque, at our speeds."""
     file = read_input(written.main.parent / "ServoDyn.dat", "ServoDyn")
     speed, torque, gain, slip = (
@@ -396,7 +396,7 @@ def test_the_simple_law_is_ours_up_to_rated(turbine: Turbine, written: Written) 
     assert slip == pytest.approx(100.0 * law.slip)
 
 
-def test_polynomials_give_our_frequencies(turbine: Turbine, written: Written) -> None:
+def test_polynomials_give_our_frequencies(turbine: Turbine, written: ExportedDeck) -> None:
     """In our own model with given shapes: the blade as in the notes, the tower to 0.1 %."""
     shapes = read_deck(written.main, control_of=turbine).turbine
     assert shapes.blade.structure.mode_shapes is not None and shapes.tower.mode_shapes is not None
@@ -456,7 +456,9 @@ def test_unknown_keywords_are_refused() -> None:
         fill("ElastoDyn", "", {"HubMas": 1.0}, {"outputs": ()})
 
 
-def test_openfast_io_reads_the_same_numbers(turbine: Turbine, written: Written, bent: Turbine, tmp_path: Path) -> None:
+def test_openfast_io_reads_the_same_numbers(
+    turbine: Turbine, written: ExportedDeck, bent: Turbine, tmp_path: Path
+) -> None:
     reader = pytest.importorskip("openfast_io.FAST_reader")
     for described, path in ((turbine, written.main), (bent, write(bent, tmp_path, beamdyn=True).main)):
         deck = reader.InputReader_OpenFAST()

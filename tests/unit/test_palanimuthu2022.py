@@ -35,9 +35,9 @@ from meltemi.papers.palanimuthu2022.runs import (
     PLAIN,
     SMALL,
     TURBULENT,
+    PowerControlRuns,
+    PowerControlSetup,
     Reading,
-    Runs,
-    Setup,
     Steps,
     staircase,
 )
@@ -266,14 +266,14 @@ def test_loads_and_actuation_are_judged_by_intervals() -> None:
         )
 
     ours = (schemes.PROPOSAL, *schemes.OURS)
-    found = bench_claims(schemes.Bench(of((schemes.CONVENTIONAL, *ours)), of(ours)))
+    found = bench_claims(schemes.ProposalComparison(of((schemes.CONVENTIONAL, *ours)), of(ours)))
     assert [c.verdict for c in found] == [
         "holds (of the pitch servo) / differs (of tower and blades)",
         "holds",
         "differs",  # the tower
     ]
     assert "pitch travel -50 ± 0 %" in found[0].ours and "tower base fore-aft DEL +30" in found[0].ours
-    few = schemes.Bench(of((schemes.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
+    few = schemes.ProposalComparison(of((schemes.CONVENTIONAL, *ours), (1, 2)), of(ours, (1, 2)))
     assert {c.verdict for c in bench_claims(few)} == {"cannot be judged: it needs 4 seeds, there are 2"}
 
 
@@ -294,7 +294,7 @@ def test_what_turns_backwards_is_no_result() -> None:
         same = {"generator_power": np.array(15e6), "wind_x": np.array(11.0), "pitch_1": 0.001 * time}
         found[BLADES, SMALL, f"{TURBULENT} 1", scheme] = recorded(time, rotor_speed=speed, **same)
     none = Steps("M1", 0.0, SMALL, {}, (), 0.0)
-    table = schemes_table(Runs(Setup(seeds=(1,), inertias=(SMALL,)), {}, none, {}, found))
+    table = schemes_table(PowerControlRuns(PowerControlSetup(seeds=(1,), inertias=(SMALL,)), {}, none, {}, found))
     assert [row[1] for row in table.rows] == ["A0", "A1", "A2", "A3: no result, turns backwards"]
 
 

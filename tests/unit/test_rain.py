@@ -13,7 +13,7 @@ from meltemi import InputError, Turbine
 from meltemi.environment import Rain, drops
 from meltemi.environment.rain import RAIN_CLASSES, driest_speed, rain_parameters, rain_power_loss, wetness
 from meltemi.simulation.rain import drag_of_drops
-from meltemi.studies.rain_drops import BladeShape, drop_loads, drops_energy, rain_loads, wet_airfoils
+from meltemi.studies.rain_drops import BladeGeometry, drop_loads, drops_energy, rain_loads, wet_airfoils
 from meltemi.turbine.thickness import relative_thickness, thickness_in
 
 R, V = 138.0, 10.715
@@ -218,7 +218,7 @@ def test_what_only_the_formula_takes() -> None:
 
 # ---------------------------------------------------------------------------------- drops on blades
 
-FLAT = BladeShape(np.array([3.0, 60.0]), np.full(2, 4.0), np.zeros(2), np.zeros(2), 3)
+FLAT = BladeGeometry(np.array([3.0, 60.0]), np.full(2, 4.0), np.zeros(2), np.zeros(2), 3)
 """Plates of 4 m chord in the rotor's plane."""
 
 
@@ -237,14 +237,14 @@ def test_plates_in_the_rotor_plane(fall: float) -> None:
 
 def test_bars_in_still_rain() -> None:
     """Edges of 0.5 m that go through drops at rest: torque B L t omega^2 (R^4 - r^4)/4."""
-    bars = BladeShape(FLAT.radius, FLAT.chord, np.full(2, 0.5), FLAT.twist, 3)
+    bars = BladeGeometry(FLAT.radius, FLAT.chord, np.full(2, 0.5), FLAT.twist, 3)
     found = drop_loads(bars, 2e-3, 0.0, 1.2)
     assert found.torque == pytest.approx(3 * 2e-3 * 0.5 * 1.2**2 * (60.0**4 - 3.0**4) / 4.0, rel=1e-4)
     assert found.thrust == 0.0
 
 
 def test_options_of_the_drops() -> None:
-    bars = BladeShape(FLAT.radius, FLAT.chord, np.full(2, 0.5), FLAT.twist, 3)
+    bars = BladeGeometry(FLAT.radius, FLAT.chord, np.full(2, 0.5), FLAT.twist, 3)
     base = drop_loads(bars, 2e-3, 11.0, 1.2)
     assert drop_loads(bars, 2e-3, 11.0, 1.2, collection=0.5).torque == pytest.approx(0.5 * base.torque)
     assert drop_loads(bars, 2e-3, 11.0, 1.2, induction=0.0).thrust > base.thrust
@@ -269,7 +269,7 @@ def test_drag_of_drops_is_their_force() -> None:
     """Half rho W^2 c times the coefficient against the force on an element that meets the drops at 80 m/s."""
     angle, rho, water, speed = np.array([0.1]), 1.2, 1.6e-3, 80.0
     coefficient = drag_of_drops(water / rho, 0.2, angle)
-    shape = BladeShape(np.array([1.0, 2.0]), np.full(2, 3.0), np.full(2, 0.6), np.zeros(2), 1)
+    shape = BladeGeometry(np.array([1.0, 2.0]), np.full(2, 3.0), np.full(2, 0.6), np.zeros(2), 1)
     # one blade that stands still, pitched so that the wind meets it at that angle
     still = drop_loads(shape, water, speed, 0.0, np.pi / 2.0 - 0.1, induction=0.0)
     assert 0.5 * rho * speed**2 * 3.0 * coefficient[0] == pytest.approx(still.thrust, rel=1e-12)

@@ -16,7 +16,7 @@ import pytest
 from meltemi import InputError, Run, Start, SteadyWind, build, load_turbine, simulate_batch
 from meltemi.core.stores import code_identity
 from meltemi.papers.claim import Claim, claim_group, claims_table, count_held
-from meltemi.papers.study import drawn, failed_chapters, tabled
+from meltemi.papers.study import failed_chapters, guarded_figure, guarded_table
 from meltemi.papers.verdict import judgement
 from meltemi.simulation.result import Result
 from meltemi.tuning.run_store import (
@@ -228,9 +228,9 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         lost = claim_group("two", "Fig. 2", lambda: [Claim("two", "1", f"{start.pitch}", judgement(True), "Fig. 2")])
         assert lost[0].verdict == "cannot be judged: start at 25 m/s: no steady operation"
         assert count_held([*fine, *lost]) == "1 of 2 claims of the paper hold (1 cannot be judged)."
-        table = tabled("Table 2", lambda: claims_table([Claim("", "", start.pitch, judgement(True), "")]))
+        table = guarded_table("Table 2", lambda: claims_table([Claim("", "", start.pitch, judgement(True), "")]))
         assert table.rows == [["cannot be made: start at 25 m/s: no steady operation"]]
-        caption, file = drawn("fig", "Figure 1", lambda: start.figure, tmp_path)
+        caption, file = guarded_figure("fig", "Figure 1", lambda: start.figure, tmp_path)
         assert file is None and "cannot be drawn: start at 25 m/s" in caption
         ((failed,),) = (chapter.content for chapter in failed_chapters().values())
         assert failed.rows[0] == ("powers: 9 m/s", "it cannot be")

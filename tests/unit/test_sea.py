@@ -11,14 +11,14 @@ import pytest
 
 from meltemi import InputError
 from meltemi.compiler import View
-from meltemi.sea.airy import Components, maccamy_fuchs, profiles, wave_number
+from meltemi.sea.airy import WaveComponents, maccamy_fuchs, profiles, wave_number
 from meltemi.sea.conditions import StillWater
 from meltemi.sea.crest import Crest
 from meltemi.sea.current import Current
 from meltemi.sea.field import AHEAD, sea_field
 from meltemi.sea.given import ComponentSea, ElevationSea
 from meltemi.sea.irregular import IrregularSea, UserSpectrum
-from meltemi.sea.pile import PileNode, PilePart, Water
+from meltemi.sea.pile import PileNode, PilePart, PileWater
 from meltemi.sea.regular import RegularSea
 from meltemi.sea.sea_part import sea_part
 from meltemi.sea.spectra import default_peak_factor, jonswap
@@ -28,7 +28,7 @@ from meltemi.sea.statistics import sea_series, sea_statistics
 G = 9.80665
 
 
-def elevation(waves: Components, t: float) -> float:
+def elevation(waves: WaveComponents, t: float) -> float:
     return float((waves.amplitude * np.exp(1j * waves.frequency * t)).real.sum())
 
 
@@ -276,7 +276,7 @@ def test_the_field_at_a_pile_is_that_of_airy_at_its_pieces(stretching: Any) -> N
     heights = np.array([-25.0, -15.0, -6.0, 0.5, 5.0])
     nodes = PileNode.zeros(node=5)
     View(PileNode, nodes)["height"] = heights
-    pile = PilePart(Water.zeros(), nodes, *[np.zeros(0)] * 3)
+    pile = PilePart(PileWater.zeros(), nodes, *[np.zeros(0)] * 3)
     model: Any = SimpleNamespace(
         parts=(pile,), environment=SimpleNamespace(gravity=G),
         turbine=SimpleNamespace(support=SimpleNamespace(depth=20.0, hydrodynamics=SimpleNamespace(diffraction="none"))),
@@ -286,7 +286,7 @@ def test_the_field_at_a_pile_is_that_of_airy_at_its_pieces(stretching: Any) -> N
     part: Any = sea_part(sea, model, 8.0, (30.0, -10.0))
     levels = [*[-21.0][: stretching == "wheeler"], -16.0, -7.0, -0.5, 0.0]
     np.testing.assert_allclose(part.sea_levels, levels)
-    v = View(Water, part.water)
+    v = View(PileWater, part.water)
     assert (v["depth"], v["level"]) == (21.0, 1.0)
     w, way = 2.0 * math.pi / 8.0, np.array([math.cos(0.5), -math.sin(0.5)])
     k = float(wave_number(np.array([w]), 21.0)[0])

@@ -22,7 +22,7 @@ from meltemi.farm.sets import (
     disk_mean,
     fast_farm_inlet,
     jinc,
-    missed_by,
+    quadrature_error,
     smooth_filter,
 )
 from meltemi.farm.settings import WakeSettings
@@ -190,7 +190,7 @@ def test_what_points_miss_of_a_wake_is_added_to_their_average(rings: int) -> Non
     weight = fine * np.array([jinc(x / (1.9 * D)) * jinc(x / (3.8 * D)) for x in fine])
     expected = np.sum(weight * np.interp(fine, r, profile)) / weight.sum()
     plain = points[:, 2] @ np.interp(np.hypot(points[:, 0], points[:, 1]), r, profile) / points[:, 2].sum()
-    found = plain + missed_by(points, exact, r) @ profile / points[:, 2].sum()
+    found = plain + quadrature_error(points, exact, r) @ profile / points[:, 2].sum()
     assert found == pytest.approx(expected, rel=2e-4)
     assert abs(plain / expected - 1.0) > 10.0 * abs(found / expected - 1.0)
 

@@ -21,15 +21,15 @@ from meltemi.papers.wang2021.beyond import site
 from meltemi.papers.wang2021.claims import _loads, _of_years, about_half, claim
 from meltemi.papers.wang2021.costs import recheck_table, relative
 from meltemi.papers.wang2021.figures import figure_10, gust_runs
-from meltemi.papers.wang2021.gust import DERATE, IGNORE, INTERPOLATED, MACHINE, STOP, Gust, Gusts, Setting, spread
+from meltemi.papers.wang2021.gust import DERATE, IGNORE, INTERPOLATED, MACHINE, STOP, Gust, Gusts, GustSetting, spread
 from meltemi.papers.wang2021.lifetime import change
 from meltemi.papers.wang2021.table2 import POWER, Calibration, SpeedLoop, Table2, calibrate
 from meltemi.papers.wang2021.winds import GUST_BEGIN, GUST_RISE, STATED, TIMES, gust, measured
 from meltemi.simulation.channels import standard
 from meltemi.simulation.result import Result
 from meltemi.studies.machine_loads import CHANNELS, LOADS
-from meltemi.studies.wind_year import PowerCurve, Year, a_year
-from meltemi.studies.yaw_gusts import LENGTH, Found, Grid, coherent_gust, strategies
+from meltemi.studies.wind_year import PowerCurve, StrategyYear, a_year
+from meltemi.studies.yaw_gusts import LENGTH, GustGrid, GustResults, coherent_gust, strategies
 from meltemi.tuning.run_store import FailedResult, FailedResultError
 
 CHECKS = ((7.5, 52.5), (8.8, 48.6), (10.0, 45.0), (15.0, 42.0), (20.0, 39.0), (25.0, 36.0), (30.0, 33.0), (40.0, 30.0))
@@ -136,7 +136,7 @@ def test_the_calibration_finds_a_penalty(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def test_phases_with_a_failed_run_do_not_count() -> None:
-    one, other = Setting(MACHINE, 1.0, 1, STATED), Setting(MACHINE, 1.0, -1, STATED)
+    one, other = GustSetting(MACHINE, 1.0, 1, STATED), GustSetting(MACHINE, 1.0, -1, STATED)
     whole = Gust(dict.fromkeys((STOP, DERATE, IGNORE), "a result"))  # type: ignore[arg-type]
     lost = Gust({STOP: FailedResult("S1: it diverged"), DERATE: "a result", IGNORE: "a result"})  # type: ignore[dict-item]
     gusts = Gusts({one: [whole, lost], other: [whole]}, (one, other))
@@ -162,7 +162,7 @@ class Peaks:
 
 def gusts_of(peaks: dict[tuple[int, float, float], Peaks]) -> Gusts:
     """Four phases alike, by sign, rise time and average of the yaw control."""
-    phases = {Setting(MACHINE, average, sign, time): [each] * 4 for (sign, time, average), each in peaks.items()}  # type: ignore[arg-type]
+    phases = {GustSetting(MACHINE, average, sign, time): [each] * 4 for (sign, time, average), each in peaks.items()}  # type: ignore[arg-type]
     return Gusts(phases, tuple(phases))  # type: ignore[arg-type]
 
 
@@ -209,7 +209,7 @@ def test_years_judge_availability_and_threshold() -> None:
     years = []
     for name, fronts, seed in product(down, (0, 200), (1, 2, 3, 4)):
         hours = (down[name] + seed) * (name != "S2" or fronts > 0)
-        years.append(Year(name, fronts, seed, 1.0, 1.0, 0.0, 0.0, down[name] + seed % 2, 3600.0 * hours))
+        years.append(StrategyYear(name, fronts, seed, 1.0, 1.0, 0.0, 0.0, down[name] + seed % 2, 3600.0 * hours))
     hard = Peaks(stop=2.0, derate=1.0, ignore=1.0)
     hard.results[INTERPOLATED] = 1.8
     gusts = gusts_of({(1, 20.0, 30.0): hard})
@@ -249,7 +249,7 @@ def test_gains_and_rechecks_of_a_grid() -> None:
             (0.010, "S2", 90.0, 190.0, 0, 0),
         )
     ]
-    grid = Found(Grid(yaw_rates=(0.005, 0.010), rechecks=(30.0, 90.0)), pd.DataFrame(rows))
+    grid = GustResults(GustGrid(yaw_rates=(0.005, 0.010), rechecks=(30.0, 90.0)), pd.DataFrame(rows))
     gain = relative(grid.rows, "energy")
     assert gain[gain["strategy"] == "S2"]["gain"].tolist() == pytest.approx([-0.5, -0.1, -0.1, -0.05])
     assert gain["change"].unique().tolist() == [1.0]

@@ -17,7 +17,7 @@ from meltemi.papers.wang2021.damage_budget import (
     PLANNED,
     SPEEDS,
     SPENT,
-    Rates,
+    DamageRates,
     budget_table,
     judged,
     plan,
@@ -25,7 +25,7 @@ from meltemi.papers.wang2021.damage_budget import (
 from meltemi.papers.wang2021.damage_budget import verdict as budget_verdict
 from meltemi.papers.wang2021.measured_gusts import JOINT, SHOWN, TURN, gusts_table, measured
 from meltemi.papers.wang2021.measured_gusts import verdict as gusts_verdict
-from meltemi.studies.yaw_gusts import Found
+from meltemi.studies.yaw_gusts import GustResults
 
 SHARES = np.array([0.6, 0.4])
 
@@ -48,14 +48,14 @@ def test_a_budget_that_no_limit_keeps_has_no_plan() -> None:
     assert np.isnan(plan(power, damage, SHARES, 0.9, alike=True)).all()
 
 
-def rates(spread: float) -> Rates:
+def rates(spread: float) -> DamageRates:
     """Power and damage that fall with the limit, in high wind most; seeds differ by a factor."""
     level, speed = np.array(LEVELS)[None, :, None], np.array(SPEEDS)[:, None, None]
     seed = 1.0 + spread * np.array([-1.0, 1.0, -1.0, 1.0])
     power = np.minimum(3e6 * (speed / 9.0) ** 3, 3e6 * level) * np.ones(4)
     damage = (speed * level) ** 2 * seed
     shares = np.full(len(SPEEDS), 1.0 / len(SPEEDS))
-    return Rates(
+    return DamageRates(
         dict.fromkeys(("A1", "A0"), power), {(s, load): damage for s in ("A1", "A0") for load in SPENT}, shares
     )
 
@@ -94,7 +94,7 @@ def test_slow_gusts_are_told_apart_from_fast_ones() -> None:
             derates = int(name == "S2" and time < 60.0)
             key = {"yaw_rate": JOINT.yaw_rates[0], "strategy": name, "recheck": recheck, "energy": energy}
             rows.append(wind | key | {"stops": stops, "derates": derates} | loads)
-    found = Found(JOINT, pd.DataFrame(rows))
+    found = GustResults(JOINT, pd.DataFrame(rows))
     table = gusts_table(found)
     assert len(table.rows) == 4 * 2 * 4
     first = table.rows[0]

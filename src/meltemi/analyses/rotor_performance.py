@@ -17,8 +17,8 @@ class RotorPerformance(Brief):
     """Coefficients of a rigid rotor in uniform wind, averaged over the azimuth.
 
     Attributes:
-      tip_speed_ratio: (n,).
-      pitch: (m,) [rad].
+      tip_speed_ratio: (n,) tip-speed ratios.
+      pitch: (m,) [rad] pitch angles.
       power, thrust, torque: (n, m) C_p, C_t, C_q, referred to the rotor radius without cone.
     """
 

@@ -26,7 +26,7 @@ MESSAGE, NAMES = 4096, 65536
 def main() -> None:
     """Load the library, then call it at each request."""
     library, procedure, input_file, root_name, records, size = sys.argv[1:]
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the parent, which then ends us
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the parent, which then ends this process
     requests, answers = os.fdopen(os.dup(0), "rb", 0), os.fdopen(os.dup(1), "wb", 0)
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)
@@ -82,7 +82,7 @@ def _end_with_the_parent(requests: int) -> None:
     gone = select.poll()
     gone.register(requests, 0)
     gone.poll()
-    time.sleep(1.0)  # for the way out of main, which lets the library write what its files still lack
+    time.sleep(1.0)  # time for main to end, so that the library can complete its files
     os._exit(0)
 
 

@@ -50,27 +50,27 @@ def BladedController(  # noqa: PLR0913 - settings of one library, each with a de
 ) -> Controller:
     """A controller from a shared library with Bladed's interface, such as ROSCO.
 
-    Each run starts the library in a process of its own, so that its state, its output, a crash or a hang stay there.
-    The turbine's limits and set points reach it through the records of the swap array
+    Each run starts the library in a separate process, which isolates its state, its output, crashes and hangs.
+    The turbine's limits and set-points are passed in the records of the swap array
     (docs/guide/bladed-controllers.md).
 
     Args:
-      turbine: that the library controls.
-      library: the shared library (.so, .dylib, .dll).
-      input_file: of the library, e.g. ``DISCON.IN``.
-      sample_time: [s] between calls; by default every time step.
+      turbine: controlled turbine.
+      library: shared library (.so, .dylib, .dll).
+      input_file: input file of the library, e.g. ``DISCON.IN``.
+      sample_time: [s] time between calls; by default every time step.
       procedure: name of the function in the library.
-      individual_pitch: take the pitch demand of each blade (records 42 to 44); False takes the collective one (45).
-      timeout: [s] of wall time that a call may take, the first one three times as long.
-      folder: where each run keeps a folder with what the library prints and writes; a temporary one by default.
-      name: for messages; by default the library's.
+      individual_pitch: use the pitch demand of each blade (records 42 to 44); False: the collective one (45).
+      timeout: [s] wall time limit of a call; three times as long for the first one.
+      folder: folder in which each run keeps a folder with output and files of the library; by default temporary.
+      name: name for messages; by default that of the library.
 
     Returns:
       The controller; it can be used in any number of runs at a time.
 
     Raises:
-      InputError: a file is missing (ROSCO needs its settings) or is no library, or a number is out of range. A run
-        that starts raises it if the library cannot be loaded.
+      InputError: a file is missing (ROSCO needs its settings) or is no library, or a number is out of range. The
+        start of a run raises it if the library cannot be loaded.
     """
     path = _file(library, "library")
     check_library(path)
@@ -79,13 +79,13 @@ def BladedController(  # noqa: PLR0913 - settings of one library, each with a de
             "controller rosco: needs its settings: --controller-input DISCON.IN (in a case file controller.input, in "
             "Python input_file)"
         )
-    found = "" if input_file is None else str(_file(input_file, "input file"))
+    input_path = "" if input_file is None else str(_file(input_file, "input file"))
     if not (math.isfinite(timeout) and timeout > 0.0):
         raise InputError(f"controller {path.name}: timeout must be a positive number of seconds, found {timeout!r}")
     if folder is not None and not Path(folder).is_dir():
         raise InputError(f"controller {path.name}: no folder {folder}")
     kept = None if folder is None else Path(folder).absolute()
-    described = Library(path, found, procedure, timeout, FIRST_CALL * timeout, kept)
+    described = Library(path, input_path, procedure, timeout, FIRST_CALL * timeout, kept)
 
     def fresh() -> Controller:
         run = _Run(turbine, described, individual_pitch)
@@ -103,19 +103,19 @@ def BladedController(  # noqa: PLR0913 - settings of one library, each with a de
 
 def _file(path: str | Path, what: str) -> Path:
     """An absolute path that exists."""
-    found = Path(path).absolute()
-    if not found.is_file():
-        names = [p.name for p in found.parent.iterdir()] if found.parent.is_dir() else []
-        hint = did_you_mean(found.name, names)
+    absolute = Path(path).absolute()
+    if not absolute.is_file():
+        names = [p.name for p in absolute.parent.iterdir()] if absolute.parent.is_dir() else []
+        hint = did_you_mean(absolute.name, names)
         raise InputError(f"controller: {what} {path}: no such file{f'; {hint}' if hint.startswith('did') else ''}")
-    return found
+    return absolute
 
 
 def check_library(path: Path) -> None:
-    """Test that a file begins as a shared library does (ELF, Mach-O or PE), so that any other is refused at once.
+    """Check that a file begins like a shared library (ELF, Mach-O or PE), so that others are rejected immediately.
 
     Raises:
-      InputError: it does not, or cannot be read.
+      InputError: the file is no library, or cannot be read.
     """
     with reading(path) as (file, _):
         begin = file.read(4)
@@ -146,7 +146,7 @@ class _Run:
         """Start the process; the library itself starts at its first call.
 
         Returns:
-          What is known of the library's state: a hash of its files, by which the result's metadata tell runs apart.
+          Hash of the files of the library, which distinguishes runs in the metadata of results.
         """
         self._start()
         known = hashlib.sha256(self.library.path.read_bytes())
@@ -170,7 +170,7 @@ class _Run:
     def update(self, state: Vector, m: Measurements, demands: Demands, dt: float) -> None:
         """One call of the library."""
         now = m.time
-        if self.host is None or now <= self.time:  # a run that begins anew needs a library without memories
+        if self.host is None or now <= self.time:  # a new run needs a library in its initial state
             self._start()
         assert self.host is not None
         first, self.time = self.time == -math.inf, now
@@ -187,20 +187,20 @@ class _Run:
         records[BEARING_Y], records[BEARING_Z] = _turned(y, -x, yaw)[0], z
         failed = self.host.call(self.library.first_timeout if first else self.library.timeout)
         if failed:
-            self._said(failed)
+            self._message(failed)
         self._demand(records, demands)
 
-    def _said(self, failed: int) -> None:
-        """A message of the library: the end of the run if negative, else a warning.
+    def _message(self, failed: int) -> None:
+        """Handle a message of the library: it ends the run if ``failed`` is negative, otherwise it is a warning.
 
         Raises:
-          RunError: it asked for the end.
+          RunError: the library requested the end of the run.
         """
         assert self.host is not None
         if failed < 0:
             printed = self.host.printed()
-            said = self.host.message or printed or "without a message"
-            raise RunError(f"the library {self.library.path} asked for the end of the run: {said}")
+            message = self.host.message or printed or "without a message"
+            raise RunError(f"the library {self.library.path} requested the end of the run: {message}")
         if self.host.message not in self.messages and len(self.messages) < MOST_MESSAGES:
             self.messages.append(self.host.message)
 
@@ -219,12 +219,12 @@ class _Run:
                 demands.flap[flap, blade] = DEGREE * records[FLAP + blade]
 
     def close(self) -> None:
-        """End the process, if there is one."""
+        """End the process, if it is running."""
         host, self.host = self.host, None
         if host is not None:
             host.close()
 
 
 def _turned(y: float, z: float, angle: float) -> tuple[float, float]:
-    """Components y, z of a vector in axes turned by ``angle`` about x."""
+    """Components y, z of a vector in axes rotated by ``angle`` about x."""
     return y * math.cos(angle) + z * math.sin(angle), z * math.cos(angle) - y * math.sin(angle)

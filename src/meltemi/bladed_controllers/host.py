@@ -1,7 +1,7 @@
-"""Host of a controller library, which runs in a process of its own.
+"""Host of a controller library, which runs in a separate process.
 
-A library keeps its state in global variables, may write anywhere, crash or hang. In a fresh process for each run none
-of this reaches the turbine or another run: a call that does not come back becomes a :class:`RunError` in words.
+A library keeps its state in global variables, may write anywhere, crash or hang. A new process for each run isolates
+the turbine and other runs: a call that does not return becomes a :class:`RunError` with a message.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ class Library:
     """Library to load, and its settings.
 
     Attributes:
-      path: of the shared library.
-      input_file: of the library, or empty.
+      path: path of the shared library.
+      input_file: input file of the library, or empty.
       procedure: name of the function.
-      timeout: [s] of wall time that a call may take.
-      first_timeout: [s] that loading, and the first call, may take.
-      folder: in which each run makes a working folder; None for a temporary one that is removed.
+      timeout: [s] wall time limit of a call.
+      first_timeout: [s] limit for loading, and for the first call.
+      folder: folder in which each run creates a working folder; None for a temporary one that is removed.
     """
 
     path: Path
@@ -55,7 +55,7 @@ class Library:
 
 @dataclass
 class _Watch:
-    """Shared with the thread that ends a child whose call takes too long; it must not keep the host alive."""
+    """Data shared with the thread that ends a child whose call takes too long; it must not keep the host alive."""
 
     process: subprocess.Popen[bytes]
     deadline: float = math.inf
@@ -70,10 +70,11 @@ class Host:
     Attributes:
       records: the records of the swap array that are exchanged, float32, record 1 first; write before a call, read
         after it.
-      message: of the last call that had one.
+      message: message of the last call that had one.
       folder: the working folder.
-      root_name: under which the library writes there. It ends in ``.SrvD`` as in OpenFAST: libraries cut what follows
-        the last dot, ROSCO the closing zero with it, which would else end the names of its files too early.
+      root_name: root of names of files that the library writes there. It ends in ``.SrvD`` as in OpenFAST: libraries
+        remove the part after the last dot, ROSCO together with the terminating zero, which would otherwise truncate
+        the names of its files.
 
     Raises:
       InputError: the library cannot be loaded or has no such function.
@@ -123,15 +124,15 @@ class Host:
             )
 
     def call(self, timeout: float) -> int:
-        """Call the library with the records as they stand; gives ``aviFAIL``.
+        """Call the library with the present records; return ``aviFAIL``.
 
         Raises:
-          RunError: it crashed, or did not come back within ``timeout`` seconds.
+          RunError: the library crashed, or did not return within ``timeout`` seconds.
         """
         if not self._usable:
             raise RunError(f"the library {self.library.path} has ended")
         self._watch.idle = False
-        with contextlib.suppress(OSError):  # it is gone, which the answer tells, too
+        with contextlib.suppress(OSError):  # the process has ended, which the missing answer shows, too
             self._requests.write(self._request)
         return self._receive(timeout)
 
@@ -146,13 +147,13 @@ class Host:
                 _fill(self._answers, memoryview(text))
                 self.message = text.decode(errors="replace").strip()
         except EOFError:
-            raise RunError(self._why(timeout)) from None
+            raise RunError(self._reason_of_failure(timeout)) from None
         finally:
             self._watch.deadline = math.inf
         self._watch.idle = True
         return failed
 
-    def _why(self, timeout: float) -> str:
+    def _reason_of_failure(self, timeout: float) -> str:
         """Reason why the process no longer answers, for the message."""
         self._usable = False
         try:
@@ -179,7 +180,7 @@ class Host:
         return " / ".join(lines[-LAST_LINES:])
 
     def close(self) -> None:
-        """Let the library make its last call (status -1), then end its process; may be called again."""
+        """Make the last call of the library (status -1), then end its process; can be called again."""
         if self._usable and self._watch.idle and self._end.alive:
             self.records[0] = -1.0
             with contextlib.suppress(RunError):
@@ -208,7 +209,7 @@ def _end(watch: _Watch, folder: Path | None) -> None:
     """End the process and remove its folder; runs at the latest when the interpreter ends."""
     watch.done.set()
     process: Any = watch.process
-    process.stdin.close()  # at which it ends by itself and writes what its files still lack
+    process.stdin.close()  # the process then ends and completes its files
     if watch.idle:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(GOODBYE)

@@ -27,12 +27,12 @@ class SwapRecord:
     """One record.
 
     Attributes:
-      number: from 1.
-      unit: of its value.
+      number: number from 1.
+      unit: unit of its value.
       way: "to" the library, "from" it, or "none" if it is not used.
-      source: what fills it: a measurement by its name (with a minus sign if it is reversed), a demand it becomes, a
-        number of the turbine by its name in ``CONSTANTS``, or a number.
-      meaning: in words.
+      source: source of the value: a measurement by its name (with a minus sign if it is reversed), the demand that it
+        sets, a number of the turbine by its name in ``CONSTANTS``, or a number.
+      meaning: description.
     """
 
     number: int

@@ -60,12 +60,12 @@ def rosco_example(name: str) -> Path:
 def edit_discon(source: str | Path, target: str | Path, **changes: float | str | Sequence[float]) -> Path:
     """Copy a ``DISCON.IN`` with other values.
 
-    Paths in it that are relative are those of the source's folder; in the copy they are absolute, except changed ones.
+    Relative paths in it refer to the folder of the source; in the copy they are absolute, except changed ones.
 
     Args:
-      source: the file.
-      target: the copy, overwritten if it exists.
-      changes: by ROSCO's names, e.g. ``IPC_ControlMode=1, IPC_KI=(1e-8, 0.0)``.
+      source: original file.
+      target: copy, overwritten if it exists.
+      changes: new values by ROSCO's names, e.g. ``IPC_ControlMode=1, IPC_KI=(1e-8, 0.0)``.
 
     Returns:
       Path of the copy.
@@ -78,16 +78,16 @@ def edit_discon(source: str | Path, target: str | Path, **changes: float | str |
         lines = source.read_text(encoding="utf-8", errors="surrogateescape").splitlines()
     except OSError as error:
         raise InputError(f"{source}: cannot be read ({error.strerror or error})") from None
-    names = {found[1]: i for i, line in enumerate(lines) if (found := _NAME.search(line))}
+    names = {match[1]: i for i, line in enumerate(lines) if (match := _NAME.search(line))}
     for name, value in changes.items():
         if name not in names:
             raise InputError(f"{source}: has no {name!r}; {did_you_mean(name, names)}")
         text = value if isinstance(value, str) else " ".join(f"{v:.10g}" for v in np.atleast_1d(value))
         lines[names[name]] = f"{text}  ! {name}"
     for name in _PATHS:
-        found = _QUOTED.match(lines[names[name]]) if name in names and name not in changes else None
-        if found and (source.parent / found[1]).is_file():
-            lines[names[name]] = f'"{(source.parent / found[1]).absolute()}"  ! {name}'
+        match = _QUOTED.match(lines[names[name]]) if name in names and name not in changes else None
+        if match and (source.parent / match[1]).is_file():
+            lines[names[name]] = f'"{(source.parent / match[1]).absolute()}"  ! {name}'
     try:
         target.write_text("\n".join(lines) + "\n", encoding="utf-8", errors="surrogateescape")
     except OSError as error:

@@ -1,7 +1,7 @@
-"""Actuators of pitch and flaps, brake and yaw drive: what lies between a controller's demands and the machine.
+"""Actuators of pitch and flaps, brake and yaw drive between the controller's demands and the turbine.
 
-The models of pitch and flap actuators are in ``control/actuator_models``. A blade or flap that is stuck stops where it
-is; a blade that runs away goes to the end of its range at a rate of its own, as if that were demanded.
+The models of pitch and flap actuators are in ``control/actuator_models``. A stuck blade or flap keeps its angle;
+a runaway blade moves to the end of its range at the rate of the fault, as if that were demanded.
 
 Reference: docs/theory/control.md (C-10 to C-13, C-55 to C-58, C-94).
 """
@@ -20,7 +20,7 @@ from meltemi.turbine.exchange import Drive, PitchMotion
 
 
 class Actuators(Table):
-    """Parameters."""
+    """Parameters of the pitch actuators, brake and yaw drive."""
 
     pitch_model: float = number("-", "number of the model of the pitch actuators")
     pitch_frequency: float = number("rad/s", "natural frequency of the pitch actuators")
@@ -51,7 +51,7 @@ class FlapActuators(Table, axes="flap"):
 
 
 class Actuation(Record):
-    """What lies between a controller's demands and the turbine."""
+    """Record of the actuators between the controller's demands and the turbine."""
 
     measured: Measurements
     demands: Demands
@@ -66,7 +66,7 @@ class Actuation(Record):
 
 @kernel
 def pitch_friction(b: int, c: Actuation) -> float:
-    """Friction torque of a pitch bearing over inertia [rad/s^2] under the loads that are measured (C-94)."""
+    """Friction torque of a pitch bearing over inertia [rad/s^2] under the measured loads (C-94)."""
     p, x = c.actuators, c.measured
     friction = p.pitch_friction
     if p.pitch_friction_moment > 0.0:
@@ -143,8 +143,8 @@ def drive_advance(c: Actuation) -> None:
 
 
 @kernel
-def slid(rest: float, angle: float, most: float) -> float:
-    """Angle at which a spring is free that slides where it would be stretched by more than ``most`` (C-57)."""
+def friction_limited(rest: float, angle: float, most: float) -> float:
+    """Rest angle of a spring that slides at a deflection of more than ``most`` (C-57)."""
     return min(max(rest, angle - most), angle + most)
 
 
@@ -153,9 +153,9 @@ def yaw_advance(dt: float, c: Actuation, stiffness: float, angle: float, speed: 
     """Yaw drive, its brake and the bearing's friction after ``dt`` under a held demand (C-55 to C-58).
 
     Args:
-      stiffness: [N m/rad] of the bearing.
-      angle: [rad] of the nacelle, after ``dt``.
-      speed: [rad/s] of the same.
+      stiffness: [N m/rad] stiffness of the bearing.
+      angle: [rad] yaw angle of the nacelle, after ``dt``.
+      speed: [rad/s] yaw rate of the nacelle, after ``dt``.
     """
     p, d = c.actuators, c.drive
     most, a, friction = p.yaw_rate, p.yaw_acceleration, p.yaw_friction
@@ -164,7 +164,7 @@ def yaw_advance(dt: float, c: Actuation, stiffness: float, angle: float, speed: 
         target = min(max(c.demands.yaw_rate * c.faults.yaw_drive, -most), most)
     before = d.yaw_drive_rate
     if a > 0.0:
-        # towards the target at constant acceleration, then at its rate
+        # towards the target at constant acceleration, then at constant rate
         change = min(max(target - before, -a * dt), a * dt)
         rate = target if abs(target - before) <= a * dt else before + change
         d.yaw_command += rate * dt - 0.5 * change * abs(change) / a
@@ -178,16 +178,16 @@ def yaw_advance(dt: float, c: Actuation, stiffness: float, angle: float, speed: 
         if rubs and d.yaw_rubs == 0.0:
             d.yaw_rest, d.yaw_rest_rate = angle, speed
         elif d.yaw_rubs > 0.0 and not rubs:
-            d.yaw_command += d.yaw_rest - angle  # the brake takes over what the friction held
+            d.yaw_command += d.yaw_rest - angle  # the brake takes over the load of the friction
         d.yaw_rubs = 1.0 if rubs else 0.0
         if dt > 0.0:
-            rest = slid(d.yaw_rest, angle, friction / stiffness)
+            rest = friction_limited(d.yaw_rest, angle, friction / stiffness)
             d.yaw_rest_rate = speed if rest != d.yaw_rest else 0.0
             d.yaw_rest = rest
     if not stands or before != 0.0 or p.yaw_hold < 0.0:
         d.yaw_command_rate = rate
     elif dt > 0.0 and d.yaw_held > 0.0:
         d.yaw_switches += crossed(stiffness * abs(angle - d.yaw_command) - p.yaw_hold)
-        command = slid(d.yaw_command, angle, p.yaw_hold / stiffness)
+        command = friction_limited(d.yaw_command, angle, p.yaw_hold / stiffness)
         d.yaw_command_rate = speed if command != d.yaw_command else 0.0
         d.yaw_command = command

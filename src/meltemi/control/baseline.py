@@ -88,10 +88,10 @@ def law_torque(x: BaselineState, speed: float) -> float:
 
 
 @kernel
-def held_torque(x: BaselineState, speed: float) -> float:
+def limited_power_torque(x: BaselineState, speed: float) -> float:
     """Torque [N m] of region 3 (C-2, C-2a); below region 2 its limit falls, to nothing at cut-in (C-5).
 
-    Without that a rotor that stands feathered would get all of the torque, and be driven backwards.
+    Otherwise a feathered rotor at standstill would get the full torque and be driven backwards.
     """
     if speed <= x.cut_in_speed:
         return 0.0
@@ -108,12 +108,12 @@ def steady_torque(x: BaselineState, speed: float, pitch: float) -> float:
 
     Region 3 begins at once at ``power_pitch``, or gradually if there is smoothing (C-5a).
     """
-    held = held_torque(x, speed)
+    constant_power = limited_power_torque(x, speed)
     if x.smoothing > 0.0 and speed < x.rated_speed:
         share = 0.5 + 0.5 * tanh((pitch - x.power_pitch) / x.smoothing)
-        torque = law_torque(x, speed) + share * (held - law_torque(x, speed))
+        torque = law_torque(x, speed) + share * (constant_power - law_torque(x, speed))
     elif speed >= x.rated_speed or pitch >= x.power_pitch:
-        torque = held
+        torque = constant_power
     else:
         torque = law_torque(x, speed)
     return min(torque, x.maximum_torque)
@@ -124,8 +124,8 @@ def switches_near(x: BaselineState, speed: float, torque_change: float, pitch: f
     """Number of switches of the law within the difference step of a parameter, in derivative runs.
 
     Args:
-      torque_change, pitch: what the limits are applied to.
-      low, high: by how much the integral is within its limits.
+      torque_change, pitch: values to which the limits are applied.
+      low, high: distances of the integral from its limits.
     """
     gradual = x.smoothing > 0.0
     near = 0.0
@@ -134,7 +134,7 @@ def switches_near(x: BaselineState, speed: float, torque_change: float, pitch: f
     if not gradual and x.pitch < x.power_pitch:
         near += crossed(speed - x.rated_speed)
     near += crossed(speed - x.cut_in_speed) + crossed(speed - x.optimal_speed)
-    # laws that have a share in the torque: 1 - tanh(4) is less than 1e-3
+    # laws that contribute to the torque: 1 - tanh(4) is less than 1e-3
     if x.pitch < x.power_pitch + 4.0 * x.smoothing:
         near += crossed(speed - x.transition_speed)
     if x.pitch > x.power_pitch - 4.0 * x.smoothing and x.torque_speed == 0.0:
@@ -153,7 +153,7 @@ def follow_motion(x: BaselineState, acceleration: float, dt: float) -> None:
 
 @kernel
 def motion_pitch(x: BaselineState) -> float:
-    """Pitch [rad] against this motion: none at the smallest pitch of the law, and as much to both sides (C-9g)."""
+    """Pitch [rad] against this motion: zero at the minimum pitch of the law, with symmetric limits (C-9g)."""
     most = min(x.pitch - x.minimum_pitch, x.maximum_pitch - x.pitch)
     return min(max(x.motion_gain * x.motion, -most), most)
 
@@ -229,17 +229,17 @@ def BaselineController(turbine: AnyTurbine, *, sample_time: float | None = None,
     """Baseline controller of a turbine.
 
     Args:
-      turbine: gives the settings, ``turbine.control``.
-      sample_time: [s] between calls; by default every time step.
-      smoothing: [rad] of pitch, zero or more: half the width over which the torque goes from the law of region 2 1/2 to
-        held power (C-5a); zero, the published law, jumps there, where it has no derivative.
+      turbine: turbine with the settings, ``turbine.control``.
+      sample_time: [s] time between calls; by default every time step.
+      smoothing: [rad] pitch, zero or more: half the width of the transition of the torque from region 2 1/2 to
+        constant power (C-5a); zero, the published law, is discontinuous there and has no derivative.
 
     Raises:
       InputError: ``smoothing`` is negative or not finite.
     """
     if not (math.isfinite(smoothing) and smoothing >= 0.0):
         raise InputError(f"BaselineController: smoothing must be zero or a positive angle [rad], found {smoothing!r}")
-    law = turbine.control  # now: the error for what is no turbine
+    law = turbine.control  # raise the error for an invalid turbine now
     return Controller(
         update=update,
         init=lambda start: start_state(law, start, smoothing),

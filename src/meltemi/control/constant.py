@@ -1,4 +1,4 @@
-"""Constant demands: those of the start, or those given from outside. The null variant of a controller."""
+"""Constant demands: those of the start, or those set from outside. The null variant of a controller."""
 
 from __future__ import annotations
 

@@ -48,10 +48,10 @@ class StartPoint:
     """Steady operating point from which a controller starts without a jump of its demands.
 
     Attributes:
-      wind_speed: [m/s] at hub height.
-      generator_speed: [rad/s].
-      pitch: [rad].
-      generator_torque: [N m].
+      wind_speed: [m/s] wind speed at hub height.
+      generator_speed: [rad/s] generator speed.
+      pitch: [rad] collective pitch.
+      generator_torque: [N m] generator torque.
       mean_wind: [m/s] mean at hub height before; ``wind_speed`` by default.
     """
 
@@ -67,10 +67,10 @@ class LogEntry:
     """Entry of the log of a run.
 
     Attributes:
-      time: [s].
+      time: [s] time of the entry.
       source: "supervisor", "yaw protection" or "event".
       what: e.g. ``"power limit -> normal stop"``.
-      reason: why, e.g. ``"wind above cut-out"``.
+      reason: reason, e.g. ``"wind above cut-out"``.
     """
 
     time: float
@@ -86,18 +86,18 @@ class Controller:
     Attributes:
       update: ``update(state, measurements, demands, dt)``, changes state, a vector, and demands in place; see
         ``Measurements`` and ``Demands`` of ``meltemi.control.signals`` for the names.
-      init: gives the state vector for a start point; by default one zero.
-      sample_time: [s] between calls; None calls it every time step.
-      name: for messages.
-      yaws: whether it asks the yaw drive for a rate; then the model's yaw has to be driven.
+      init: returns the state vector for a start point; by default one zero.
+      sample_time: [s] time between calls; None for every time step.
+      name: name for messages.
+      yaws: whether it demands a yaw rate; then the model needs a yaw drive.
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
       state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
         may sum what ``meltemi.compiler.crossed`` gives for the distance from each of its switches.
       warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
-      log: called with the state at the end of a run; gives what happened, in order, for the result's ``log``.
-      fresh: gives the controller of one run. For those that keep something beside the state vector, such as a process;
-        then every run, also of a batch, has its own.
-      close: called once or more when a run has ended, however it ended.
+      log: called with the state at the end of a run; returns the log entries in order for the result's ``log``.
+      fresh: returns the controller of one run, for controllers with resources beside the state vector, such as a
+        process; then every run, also of a batch, has a separate one.
+      close: called once or more after the end of a run, regardless of its status.
     """
 
     update: Update

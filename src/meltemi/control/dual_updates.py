@@ -23,7 +23,7 @@ def dual_entry(controller: Controller) -> Any:
     """A controller's update compiled for derivatives.
 
     Raises:
-      InputError: it is plain Python, or does what duals cannot.
+      InputError: it is plain Python, or uses operations that duals do not support.
     """
     update = update_with_derivatives(controller)
     if update not in _ENTRIES:

@@ -1,8 +1,8 @@
-"""What has gone wrong with the machine, and what grid and operator say: one vector, which events write.
+"""Faults of the turbine, and requests of grid and operator, as one vector that events change.
 
-An event puts one number into one place of the vector at one instant; its end puts the old number back. Actuators read
-the vector where it concerns them (``control/actuators.py``); what a controller sees passes through :func:`report`.
-What is recorded stays the truth.
+An event sets one entry of the vector at one instant; its end restores the old value. Actuators read the entries that
+concern them (``control/actuators.py``); measurements of a controller pass through :func:`report`. Recorded channels
+are the true values.
 
 Reference: docs/guide/events.md.
 """
@@ -31,7 +31,7 @@ class Faults(Table):
     power_limit: float = number("W", "operator's power limit; infinite without one")
     generator: float = number("-", "torque over its demand, 1 without a fault")
     brake: float = number("-", "1 while it follows its demand, 0 without torque")
-    brake_applied: float = number("-", "share of the full brake torque, whatever is demanded")
+    brake_applied: float = number("-", "share of the full brake torque, regardless of the demand")
     yaw_drive: float = number("-", "1 while it follows its demand, 0 when it stands still")
     yaw_run: float = number("rad/s", "rate of a yaw runaway; 0: none")
     pitch_stuck: Numbers = blades("-", "1: the blade keeps its angle")
@@ -64,11 +64,11 @@ def apply_events(step: int, following: int, events: Float, faults: Faults) -> in
 
     Args:
       step: number of the instant.
-      following: index of the first event that is still to come.
+      following: index of the first pending event.
       events: (n, 3) step, row of ``Faults``, value; by time.
 
     Returns:
-      The index of the first event that is still to come.
+      The index of the first pending event.
     """
     while following < events.shape[0] and events[following, 0] <= step:
         faults.array[int(events[following, 1])] = events[following, 2]
@@ -78,7 +78,7 @@ def apply_events(step: int, following: int, events: Float, faults: Faults) -> in
 
 @kernel
 def report(t: float, f: Faults, measured: Measurements) -> None:
-    """Replace the true ``measured`` by what faulty sensors report; add the requests of grid and operator."""
+    """Replace the true ``measured`` values by those of faulty sensors; add the requests of grid and operator."""
     measured.grid = f.grid
     measured.request = f.request
     measured.power_limit = f.power_limit

@@ -1,4 +1,4 @@
-"""What a controller reads and writes: measurements and demands, by name.
+"""Input and output of controllers: measurements and demands, by name.
 
 A controller is a function ``update(state, measurements, demands, dt)`` that changes ``state`` and
 ``demands`` in place, in plain Python or compiled::
@@ -17,7 +17,7 @@ from meltemi.compiler import Numbers, Table, Vec, blades, flaps, number, xyz
 
 
 class Measurements(Table):
-    """What the turbine's sensors give at an instant; loads are those of the time step before."""
+    """Measurements of the turbine's sensors at an instant; loads are those of the previous time step."""
 
     time: float = number("s", "simulation time")
     generator_speed: float = number("rad/s", "generator speed")
@@ -47,7 +47,7 @@ class Measurements(Table):
     grid: float = number("-", "1 while there is a grid that takes power, 0 while there is none")
     request: float = number("-", "last operator request, its number in REQUESTS")
     power_limit: float = number("W", "electrical, that the operator sets; infinite without one")
-    power_reference: float = number("W", "electrical, that the operator asks for; rated power without a request")
+    power_reference: float = number("W", "electrical, requested by the operator; rated power without a request")
     n_blades: float = number("-", "number of blades")
     callback: float = number("-", "internal: address of a controller in plain Python")
 
@@ -68,9 +68,9 @@ REQUESTS = ("none", "start", "normal_stop", "emergency_stop")
 
 
 class Demands(Table):
-    """What a controller can ask for; demands keep their values until they are changed.
+    """Demands of a controller, which keep their values until they are changed.
 
-    The last six are what it reports, which is recorded and has no effect.
+    The last six are reports of the controller, which are recorded and have no effect.
     """
 
     generator_torque: float = number("N m", "on the generator's shaft")

@@ -3,8 +3,8 @@
     K_i = N V_i^m / sum V_j^m,   sum K_i = N,   theta_i = K_i theta_collective
 
 with V_i the wind at one radius of blade i: a power law of the height above ground, and a potential flow around the
-tower below the hub. The exponent m is 2, since the torque of a blade goes with the square of the wind. The weights need
-the azimuth alone, no load sensor. Only ratios count, so V is that over the wind at the hub.
+tower below the hub. The exponent m is 2, since the torque of a blade is proportional to the square of the wind. The
+weights need only the azimuth, no load sensor. Only ratios matter, so V is relative to the wind at the hub.
 
 Reference: docs/theory/control.md (C-22 and C-23).
 """
@@ -40,7 +40,7 @@ def blade_wind(x: FeedforwardWeights, angle: float) -> float:
     height = max(1.0 + above / x.hub_height, _LEAST)
     wind = exp(x.shear * log(height))
     if x.tower_radius > 0.0:
-        # in tower radii; from the hub down in full, and gone one tower radius above it, so nothing jumps
+        # in tower radii; full from the hub downwards, zero one tower radius above it, so that it is continuous
         c, y = x.clearance / x.tower_radius, aside / x.tower_radius
         share = min(max(1.0 - above / x.tower_radius, 0.0), 1.0)
         square = c * c + y * y
@@ -55,7 +55,7 @@ def weight(x: FeedforwardWeights, blade: int, blades: int, azimuth: float) -> fl
     Args:
       x: settings.
       blades: number N of blades.
-      azimuth: [rad] of the first blade.
+      azimuth: [rad] azimuth of the first blade.
     """
     mine, total = 0.0, 0.0
     for i in range(blades):
@@ -78,15 +78,15 @@ def weight_settings(
     """Validated settings of the feed-forward weights.
 
     Args:
-      radius: [m] at which a blade's wind is taken; two thirds of the rotor radius is the torque-weighted mean.
-      hub_height: [m] above ground.
+      radius: [m] radius for the wind of a blade; two thirds of the rotor radius is the torque-weighted mean.
+      hub_height: [m] hub height above ground.
       shear: exponent of the power law.
-      tower_radius: [m] where the blade at ``radius`` passes; 0 is no tower.
-      clearance: [m] there from the tower's axis to the blade, larger than the tower's radius.
+      tower_radius: [m] tower radius where the blade passes at ``radius``; 0 for no tower.
+      clearance: [m] distance there from the tower axis to the blade, larger than the tower radius.
       exponent: m of the weights.
 
     Raises:
-      InputError: a number that cannot be.
+      InputError: a number is out of range.
     """
     values = {
         "exponent": exponent,

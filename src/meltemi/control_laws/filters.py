@@ -8,8 +8,8 @@ With s the Laplace variable, w the corner or centre frequency and zeta the dampi
 
 Their integrators follow the trapezoidal rule with g = tan(w dt / 2) in place of w dt / 2 (bilinear transform,
 prewarped), so each is exact at w: the band-pass has gain 1 and no phase there, the notch nothing, the low-pass
-1 / sqrt(2) and -45 degrees. The states are those of the two integrators. Their sum of squares never grows of itself,
-whatever w and zeta are from call to call: a centre that follows the rotor speed cannot make a filter unstable.
+1 / sqrt(2) and -45 degrees. The states are those of the two integrators. Their sum of squares never grows without
+input, for any w and zeta in each call: a centre that follows the rotor speed cannot make a filter unstable.
 
 The states of a filter are a table, ``LowPass`` or ``SecondOrder``, which a controller takes into that of its own state
 by ``part``. To start at a constant signal without a jump, call ``low_pass_start`` or ``second_order_start`` once.
@@ -54,7 +54,7 @@ def low_pass(x: LowPass, signal: float, w: float, dt: float) -> float:
     """One call of a first-order low-pass (C-15).
 
     Args:
-      x: its state.
+      x: state of the filter.
       signal: the input, of any unit.
       w: [rad/s] corner frequency.
       dt: [s] since the last call.
@@ -85,7 +85,7 @@ def band_pass(x: SecondOrder, signal: float, w: float, zeta: float, dt: float) -
     """One call of a second-order band-pass (C-16).
 
     Args:
-      x: its states.
+      x: states of the filter.
       signal: the input, of any unit.
       w: [rad/s] centre frequency, at which gain is 1 and phase 0.
       zeta: damping ratio; the width between gains of 1 / sqrt(2) is 2 zeta w.
@@ -121,10 +121,10 @@ def response(kind: str, frequency: float, w: float, zeta: float, dt: float) -> c
 
     Args:
       kind: ``low_pass``, ``band_pass`` or ``notch``.
-      frequency: [rad/s] of the signal, below half the sampling rate.
+      frequency: [rad/s] frequency of the signal, below half the sampling rate.
       w: [rad/s] corner or centre frequency.
       zeta: damping ratio; a low-pass has none.
-      dt: [s] between calls; 0 gives the continuous filter.
+      dt: [s] time between calls; 0 for the continuous filter.
     """
     if frequency * dt >= pi:
         raise InputError(f"response: {frequency:g} rad/s is not below half the sampling rate, {pi / dt:g} rad/s")
@@ -150,12 +150,12 @@ def check_harmonic(harmonic: int, speed: float, sample_time: float, blades: int 
     Args:
       harmonic: multiple n of the rotor speed.
       speed: [rad/s] largest rotor speed.
-      sample_time: [s] between calls.
+      sample_time: [s] time between calls.
       blades: number of blades.
 
     Raises:
-      InputError: n is no positive whole number; n times the speed is not below half the sampling rate; or the blades
-        cannot tell cosine from sine part, which needs 2 n to be no multiple of their number.
+      InputError: n is no positive integer; n times the speed is not below half the sampling rate; or the blades
+        cannot distinguish cosine and sine part, since 2 n is a multiple of their number.
     """
     if harmonic != int(harmonic) or harmonic < 1:
         raise InputError(f"harmonic must be a whole number from 1 on, found {harmonic!r}")

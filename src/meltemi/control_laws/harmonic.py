@@ -3,9 +3,9 @@
     moments -> band-pass about nP -> multi-blade coordinates of nP -> PI or PID law for tilt and for yaw
             -> back to the blades, ahead by the phase offset
 
-The reference of both axes is zero, so what is left of the blades' moments at nP goes to zero. Gains are in demand over
-moment; a positive one takes a moment down that falls with the demand, as with pitch; flaps need a negative one. Gains
-may fall with the collective pitch, as those of the collective law do.
+The reference of both axes is zero, so the blade moments at nP are controlled to zero. Gains are demand over moment; a
+positive gain reduces a moment that decreases with the demand, as for pitch; flaps need a negative one. Gains may be
+scheduled with the collective pitch, like those of the collective law.
 
 Reference: docs/theory/control.md (C-27 to C-30).
 """
@@ -45,11 +45,11 @@ def harmonic_loop(
 
     Args:
       x: settings and state.
-      moment: of the blades [N m].
-      blades: their number.
-      azimuth: [rad] of the first blade.
-      speed: [rad/s] of the rotor.
-      pitch: [rad] collective, for the schedule of the gains.
+      moment: blade moments [N m].
+      blades: number of blades.
+      azimuth: [rad] azimuth of the first blade.
+      speed: [rad/s] rotor speed.
+      pitch: [rad] collective pitch, for gain scheduling.
       dt: [s] since the last call.
     """
     n = whole(x.harmonic)
@@ -77,7 +77,7 @@ def back_calculate_loop(x: HarmonicState, missing: Numbers, blades: int, azimuth
     """Anti-windup of both integrals by the demands after the limits of the actuators (C-30).
 
     Args:
-      missing: [rad] demand of each blade after the limits, less that before.
+      missing: [rad] demand of each blade after the limits minus that before.
     """
     tilt, yaw = to_fixed(missing, blades, azimuth, whole(x.harmonic))
     c, s = cos(x.offset), sin(x.offset)

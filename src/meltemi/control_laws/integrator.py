@@ -2,14 +2,14 @@
 
     wanted = k_p e + I + k_d de/dt,   demand = wanted within [low, high]
 
-The limits come with every call: what the actuator can do now, by angle, by rate, or after other demands have had their
-share. The integral I is in the unit of the demand, so gains may change without a jump. It does not wind up, by one of
+The limits are arguments of every call: the present capability of the actuator by angle, by rate, or after other
+demands. The integral I is in the unit of the demand, so gains may change without a jump. Anti-windup is either
 
 - clamping (``tracking_time`` 0): while the demand is at a limit, the integral takes no step that leads further beyond;
 - back-calculation (``tracking_time`` T > 0): the integral is drawn towards the limit with the time constant T.
 
-Where the limits act later, as on the blades after the inverse of the multi-blade coordinates, leave those here wide
-and call ``back_calculate`` with what was done. Settings and state are a table, ``Integrator``.
+Where the limits act later, as on the blades after the inverse of the multi-blade coordinates, use wide limits here
+and call ``back_calculate`` with the limited demand. Settings and state are a table, ``Integrator``.
 
 Reference: docs/theory/control.md (C-24 to C-26); Åström and Hägglund (2006), section 3.5.
 """
@@ -42,7 +42,7 @@ def integrator(x: Integrator, error: float, low: float, high: float, dt: float) 
 
     Args:
       x: settings and state.
-      error: what is to become zero, of any unit; times a schedule if gains have one.
+      error: control error, of any unit; multiplied by the gain schedule, if any.
       low: limit of the demand now.
       high: limit of the demand now.
       dt: [s] since the last call.
@@ -94,12 +94,12 @@ def integrator_settings(
       integral_gain: k_i.
       derivative_gain: k_d.
       derivative_frequency: [rad/s] corner of the derivative's low-pass; needed with a derivative gain.
-      tracking_time: [s] of back-calculation; 0: clamping.
-      integral: of the demand, at the start.
-      error: at the start, so that the derivative begins with none.
+      tracking_time: [s] time constant of back-calculation; 0: clamping.
+      integral: integral at the start, in the unit of the demand.
+      error: error at the start, so that the derivative begins at zero.
 
     Raises:
-      InputError: a number that cannot be.
+      InputError: a number is out of range.
     """
     values = {
         "proportional_gain": proportional_gain,

@@ -30,8 +30,8 @@ def filter_vector(
     Args:
       z: (n,) state at the start.
       u: (m,) inputs at the start.
-      sensors: number s of the outputs that are measured, the first ones.
-      wind: place in the state of the wind speed that schedules the models after a lag.
+      sensors: number s of measured outputs, the first ones.
+      wind: index in the state of the wind speed that schedules the models after a lag.
       schedule: first and spacing of the wind speeds of the models [m/s], share of the lag in a step [-], wind speed at
         the start [m/s].
       tables: centre (k, n), A (k, n, n), B (k, n, m), K (k, n, s), C (k, p, n), D (k, p, m), inputs (k, m) and
@@ -51,8 +51,8 @@ def kalman_step(f: Float, inputs: Any, measured: Any) -> None:
 
     Args:
       f: vector of the filter, changed in place: the state stands at ``HEAD``, the outputs after it.
-      inputs: (m,) of this step.
-      measured: (s,) of the sensors; NaN where one has no value, which is then not used.
+      inputs: (m,) inputs of this step.
+      measured: (s,) sensor values; NaN for a missing value, which is not used.
     """
     k, n, m, p, s = int(f[MODELS]), int(f[STATES]), int(f[INPUTS]), int(f[OUTPUTS]), int(f[SENSORS])
     z, y = f[HEAD : HEAD + n], f[HEAD + n : HEAD + n + p]
@@ -68,7 +68,10 @@ def kalman_step(f: Float, inputs: Any, measured: Any) -> None:
     D, at = f[at : at + k * p * m], at + k * p * m
     steady, at = f[at : at + k * m], at + k * m
     outputs, at = f[at : at + k * p], at + k * p
-    new, seen = f[at : at + n], f[at + n : at + n + p]  # arrays made here would keep the step out of libraries
+    new, measured_outputs = (
+        f[at : at + n],
+        f[at + n : at + n + p],
+    )  # no allocation of arrays here, so that the step can be exported in libraries
     f[at : at + n + p] = 0.0
     f[SCHEDULE] += f[SHARE] * (z[int(f[WIND])] - f[SCHEDULE])
     place = min(max((f[SCHEDULE] - f[FIRST]) / f[SPACING], 0.0), k - 1.0)
@@ -80,13 +83,13 @@ def kalman_step(f: Float, inputs: Any, measured: Any) -> None:
         _add_product(new, part, A, z, centre, i)
         _add_product(new, part, B, before, steady, i)
     for i, part in ((left, 1.0 - share), (right, share)):
-        _add(seen, part, outputs, i)
-        _add_product(seen, part, C, new, centre, i)
-        _add_product(seen, part, D, now, steady, i)
+        _add(measured_outputs, part, outputs, i)
+        _add_product(measured_outputs, part, C, new, centre, i)
+        _add_product(measured_outputs, part, D, now, steady, i)
     for r in range(n):
         z[r] = new[r]
     for c in range(s):
-        gap = measured[c] - seen[c]
+        gap = measured[c] - measured_outputs[c]
         if not np.isnan(gap):
             for i, part in ((left, (1.0 - share) * gap), (right, share * gap)):
                 _add(z, part, K, i * s + c)

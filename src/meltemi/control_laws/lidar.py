@@ -1,9 +1,9 @@
 """A lidar on the nacelle as a sensor of controllers: line-of-sight speeds at ranges ahead of the rotor.
 
-As other sensors it is a part of a controller: settings, the speeds of a run and those of the last scan are a table,
-:class:`LidarSensor`, the result of ``meltemi.analysis.measure_lidar`` for a wind. ``lidar_scan`` in an update brings it
-to the present time; ``line_of_sight`` and ``seen`` have a value for each beam. With Taylor's frozen turbulence and a
-nacelle that stands still nothing of this depends on the run but the blades that pass a beam.
+Like other sensors it is a part of a controller: settings, the speeds of a run and those of the last scan are a table,
+:class:`LidarSensor`, the result of ``meltemi.analysis.measure_lidar`` for a wind. ``lidar_scan`` in an update advances
+it to the present time; ``line_of_sight`` and ``seen`` have a value for each beam. With Taylor's frozen turbulence and a
+fixed nacelle only the blades that block a beam depend on the run.
 
 Reference: docs/theory/control.md (C-97 to C-100); Simley et al. (2014), Wind Energy 17, 413-433; Peña et al. (2013),
 Remote Sensing for Wind Energy, DTU Wind Energy-E-0029.
@@ -18,7 +18,7 @@ from meltemi.control.signals import Measurements
 
 
 class LidarSensor(Table, title="lidar"):
-    """Settings and state of a lidar. Values of a beam stand together, one for each range."""
+    """Settings and state of a lidar. Values of a beam are contiguous, one for each range."""
 
     values: float = number("-", "number of speeds of a run: scans times beams times ranges")
     channels: float = number("-", "number of beams times ranges")
@@ -28,7 +28,7 @@ class LidarSensor(Table, title="lidar"):
     speed: Numbers = series("m/s", "line-of-sight speeds of a run, positive towards the lidar", "values")
     line_of_sight: Numbers = series("m/s", "state: the last line-of-sight speeds", "channels")
     share: Numbers = series("-", "line-of-sight speed over that of a uniform wind along the shaft", "beams")
-    shadow: Numbers = series("rad", "azimuth at which a blade stands in a beam", "beams")
+    shadow: Numbers = series("rad", "azimuth at which a blade blocks a beam", "beams")
     half_width: Numbers = series("rad", "of this, half the range of azimuth; 0 without blockage", "beams")
     scan: Numbers = series("-", "state: number of the last scan of a beam, from 1", "beams")
     seen: Numbers = series("-", "state: 1 if the last measurement of a beam was free, 0 if a blade was in it", "beams")
@@ -36,7 +36,7 @@ class LidarSensor(Table, title="lidar"):
 
 @kernel
 def lidar_scan(x: LidarSensor, measured: Measurements) -> None:
-    """Bring the speeds to the present time; those of a beam in which a blade stands remain (C-99)."""
+    """Update the speeds to the present time; those of a blocked beam are kept (C-99)."""
     beams, ranges = whole(x.beams), whole(x.ranges)
     scans = whole(x.values) // (beams * ranges)
     for i in range(beams):

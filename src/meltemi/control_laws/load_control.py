@@ -3,10 +3,10 @@
     pitch of blade i = collective (1 + g (K_i - 1)) + the demands of the pitch loops
     flap of blade i  = the demands of its loops
 
-Every part is optional and stands alone in a module of its own; here they are put together. With none the controller is
-exactly the collective law. Each blade's demand is limited as its actuator is, in angle and in rate, and the
-integrals have anti-windup by the limited demands. The time that demands spend at their limits is counted: gains that
-are too high show there.
+Every part is optional and has a separate module; here they are combined. Without parts the controller is exactly the
+collective law. The demand of each blade is limited like its actuator, in angle and in rate, and the integrals have
+anti-windup by the limited demands. The time of demands at their limits is counted, which reveals gains that are too
+high.
 
 Reference: docs/theory/control.md (C-27 to C-31, C-39, C-40); He et al. (2018); Bossanyi (2003).
 """
@@ -58,15 +58,15 @@ class FeedForward(Record):
     """Azimuth-dependent feed-forward of the collective pitch (C-22, C-23)."""
 
     gain: float = Field(default=1.0, ge=0.0, le=2.0)
-    """Share of the weights that is used; 1: pitch in proportion to the weights, 0: none."""
+    """Weight of the feed-forward; 1: pitch in proportion to the weights, 0: none."""
     shear_exponent: float = Field(default=0.2, ge=0.0, lt=1.0)
-    """Of the wind that the weights assume."""
+    """Shear exponent of the wind that the weights assume."""
     radius: float | None = Field(default=None, gt=0.0)
-    """[m] at which a blade's wind is taken; two thirds of the rotor radius by default."""
+    """[m] radius for the wind of a blade; two thirds of the rotor radius by default."""
     tower_shadow: bool = False
     """The weights have a dip where a blade passes the tower."""
     exponent: float = Field(default=2.0, ge=0.0, le=4.0)
-    """Of the wind in the weights."""
+    """Exponent of the wind speed in the weights."""
 
 
 class HarmonicLoop(Record):
@@ -77,15 +77,15 @@ class HarmonicLoop(Record):
     integral_gain: float
     """[rad/(N m s)]; positive for pitch, negative for flaps."""
     proportional_gain: float = 0.0
-    """[rad/(N m)], of the sign of the integral gain."""
+    """[rad/(N m)], with the sign of the integral gain."""
     derivative_gain: float = 0.0
     """[rad s/(N m)]."""
     derivative_frequency: float = Field(default=0.0, ge=0.0)
     """[rad/s] corner of the derivative's low-pass."""
     actuator: Literal["pitch", "flap"] = "pitch"
-    """What the loop moves."""
+    """Actuator of the loop."""
     flap: int = Field(default=1, ge=1, le=MAX_FLAPS)
-    """Which of a blade's flaps, counted as the turbine lists them."""
+    """Number of the flap, in the order of the turbine."""
     filter_damping: float = Field(default=0.25, ge=0.0, le=5.0)
     """Damping ratio of the band-pass about nP; 0: no band-pass."""
     offset: float = Field(default=0.0, ge=-math.pi, le=math.pi)
@@ -114,7 +114,7 @@ class LoadSensor(Record):
     noise: float = Field(default=0.0, ge=0.0)
     """[N m] standard deviation of white noise."""
     seed: int = Field(default=1, ge=0, lt=2**32)
-    """Of the noise."""
+    """Seed of the noise."""
     delay: int = Field(default=0, ge=0, le=10000)
     """Sample times of transport delay."""
 
@@ -123,7 +123,7 @@ class SpeedNotch(Record):
     """Notch filter of the generator speed of the collective law."""
 
     frequency: float = Field(gt=0.0)
-    """[rad/s] that is taken out."""
+    """[rad/s] centre frequency."""
     damping: float = Field(default=0.2, gt=0.0, le=5.0)
     """Damping ratio: half its relative width."""
 
@@ -132,34 +132,34 @@ class Preview(Record):
     """Preview of the rotor-averaged wind, with the pitch of steady operation."""
 
     wind: Vector
-    """(T,) [m/s] averaged over the rotor, from time zero on."""
+    """(T,) [m/s] rotor-averaged wind speed, from time zero on."""
     time_step: float = Field(gt=0.0)
-    """[s] between its values."""
+    """[s] time between its values."""
     lead: float = Field(default=0.0, ge=0.0)
-    """[s] by which it is read ahead."""
+    """[s] lead time."""
     frequency: float = Field(gt=0.0)
-    """[rad/s] corner of its low-pass."""
+    """[rad/s] corner frequency of its low-pass filter."""
     first_speed: float = Field(gt=0.0)
-    """[m/s] of the table of pitch."""
+    """[m/s] first wind speed of the table of pitch."""
     spacing: float = Field(gt=0.0)
-    """[m/s] of the table of pitch."""
+    """[m/s] spacing of wind speeds of the table of pitch."""
     pitch: Vector
-    """(n,) [rad] of steady operation."""
+    """(n,) [rad] pitch of steady operation."""
 
 
 class LoadControl(Record):
-    """Settings of a load controller: its parts beside the collective law."""
+    """Settings of a load controller: its parts in addition to the collective law."""
 
     feedforward: FeedForward | None = None
-    """Of the pitch by azimuth; none by default."""
+    """Feed-forward of the pitch by azimuth; none by default."""
     loops: tuple[HarmonicLoop, ...] = ()
-    """Of feedback, which add up where they share an actuator."""
+    """Feedback loops, which are added where they share an actuator."""
     sensor: LoadSensor = LoadSensor()
-    """Of the moments that the loops get."""
+    """Sensor of the moments."""
     notch: SpeedNotch | None = None
-    """In the generator speed; none by default."""
+    """Notch filter of the generator speed; none by default."""
     preview: Preview | None = None
-    """Of the wind to come, for the collective pitch."""
+    """Preview of the wind, for the collective pitch."""
 
 
 PITCH, *FLAPS = range(1 + MAX_FLAPS)
@@ -277,7 +277,7 @@ def individual(x: LoadControlState, measured: Measurements, demands: Demands, dt
             demand = limited(x, group, b, dt)
             x.missing[b] = demand - group.wanted[b]
             group.last[b] = demand
-            if x.missing[b] != 0.0 and (g > PITCH or demand > group.minimum):  # there it rests below rated
+            if x.missing[b] != 0.0 and (g > PITCH or demand > group.minimum):  # it is there below rated wind speed
                 group.held += dt / blades
             if g == PITCH:
                 demands.pitch[b] = demand
@@ -298,14 +298,14 @@ def LoadController(
     """Load controller of a turbine.
 
     Args:
-      turbine: gives the collective law, the limits of its actuators, and the places of the weights.
-      settings: which parts it has; none by default, which leaves the collective law.
-      sample_time: [s] between calls; by default every time step.
-      name: for messages.
+      turbine: turbine with the collective law, the limits of its actuators, and the geometry for the weights.
+      settings: parts of the controller; by default the collective law only.
+      sample_time: [s] time between calls; by default every time step.
+      name: name for messages.
 
     Raises:
-      InputError: a flap that the turbine does not have, a harmonic that its blades or the sample time cannot do, or
-        numbers that contradict each other.
+      InputError: the turbine does not have a flap, a harmonic is impossible with its blades or the sample time, or
+        numbers are inconsistent.
     """
     settings = settings or LoadControl()
     flaps = turbine.flaps
@@ -345,15 +345,15 @@ def LoadController(
 
 def limit_warnings(x: LoadControlState) -> list[str]:
     """Warnings about demands at their limits for much of a run."""
-    found = []
+    sentences = []
     for g in range(1 + MAX_FLAPS):
         share = x.group[g].held / max(x.time, 1e-9)
         if share > MOST_HELD:
-            found.append(
+            sentences.append(
                 f"{f'flap {g}' if g else 'pitch'}: demands at their limits {100.0 * share:.0f} % of the time: "
                 "gains too high or of the wrong sign?"
             )
-    return found
+    return sentences
 
 
 def load_settings(turbine: AnyTurbine, settings: LoadControl) -> LoadControlState:

@@ -7,7 +7,7 @@ from meltemi.compiler import Numbers, kernel, whole
 
 @kernel
 def linear(values: Numbers, n: int, place: float) -> float:
-    """Value at a place counted in entries from zero.
+    """Value at a fractional index from zero.
 
     Args:
       n: number of entries, one or more.
@@ -20,7 +20,7 @@ def linear(values: Numbers, n: int, place: float) -> float:
 
 @kernel
 def bilinear(values: Numbers, rows: int, columns: int, row: float, column: float) -> float:
-    """Value at places counted in rows and columns from zero, of a table (rows, columns)."""
+    """Value at fractional row and column from zero of a table (rows, columns)."""
     u = min(max(row, 0.0), rows - 1.0)
     v = min(max(column, 0.0), columns - 1.0)
     i, j = min(whole(u), max(rows - 2, 0)), min(whole(v), max(columns - 2, 0))

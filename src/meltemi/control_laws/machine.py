@@ -1,7 +1,7 @@
 """State machines as readable tables, and the kernel that steps them.
 
-A machine has states, conditions and transitions. At every call it takes at most one transition: the first line of its
-table whose state is the present one and whose conditions all hold. The numbers of states begin with 1.
+A machine has states, conditions and transitions. Every call makes at most one transition: the first line of its
+table with the present state and with all conditions true. The numbers of states begin with 1.
 
 Reference: docs/theory/control.md (C-63).
 """
@@ -37,10 +37,10 @@ def cells(text: str) -> list[list[str]]:
 
 def transitions(text: str, groups: Mapping[str, Sequence[str]] | None = None) -> tuple[Transition, ...]:
     """Transitions of a table ``states | target | conditions``; ``groups`` are names for several states."""
-    found = groups or {}
+    groups_by_state = groups or {}
     return tuple(
         Transition(
-            tuple(state for name in sources.split() for state in found.get(name, (name,))),
+            tuple(state for name in sources.split() for state in groups_by_state.get(name, (name,))),
             target,
             tuple(name.strip() for name in conditions.split(",")),
         )
@@ -63,20 +63,20 @@ def machine(states: Sequence[str], conditions: Sequence[str], lines: Sequence[Tr
 
 @kernel
 def transition(machine: Int, state: int, holds: Numbers) -> int:
-    """Row of the transition that is taken from a state, -1 for none.
+    """Row of the transition from a state, -1 for none.
 
     Args:
-      state: number of the present one.
+      state: number of the present state.
       holds: by condition, 1 where it holds and 0 where it does not.
     """
     for row in range(machine.shape[0]):
         if machine[row, FROM] != state:
             continue
-        taken = True
+        changed = True
         for k in range(FIRST, machine.shape[1]):
             c = machine[row, k]
             if (c > 0 and holds[c - 1] < 0.5) or (c < 0 and holds[-c - 1] > 0.5):
-                taken = False
-        if taken:
+                changed = False
+        if changed:
             return row
     return -1

@@ -1,9 +1,9 @@
 """Exact moving average of a signal.
 
-The window is a ring of blocks. A block is one sample where the ring has room for all of the window; else as many as
-needed, and the window moves block by block. Before the window is full the mean is that since the start, unless the
-value before the start is known: then the window begins full of it. The running sum is made anew whenever the ring has
-gone round, so rounding does not grow with time.
+The window is a ring buffer of blocks. A block is one sample if the buffer can hold the whole window, otherwise several,
+and the window moves by blocks. Before the window is full the mean is that since the start, unless the
+value before the start is known: then the window is initially filled with it. The running sum is recomputed after every
+round of the buffer, so rounding errors do not grow with time.
 
 State and settings are a table, ``MovingMean``.
 
@@ -36,8 +36,8 @@ def mean_start(window: float, room: int, before: float | None = None) -> MovingM
     """Initial state of a moving mean.
 
     Args:
-      window: [s] over which the mean is taken.
-      room: of the ring, in blocks.
+      window: [s] averaging time.
+      room: size of the ring buffer in blocks.
       before: the signal before the start, if it is known.
     """
     known = {} if before is None else {"known": 1.0, "before": before}

@@ -31,9 +31,9 @@ def to_fixed(values: Numbers, blades: int, azimuth: float, harmonic: int) -> tup
     """Tilt (cosine) and yaw (sine) component of a blade quantity (C-18).
 
     Args:
-      values: of the blades, such as ``measured.out_of_plane_moment``.
+      values: blade values, such as ``measured.out_of_plane_moment``.
       blades: number N of blades.
-      azimuth: [rad] of the first blade.
+      azimuth: [rad] azimuth of the first blade.
       harmonic: multiple n of the rotor speed.
 
     Returns:
@@ -56,9 +56,9 @@ def to_blade(tilt: float, yaw: float, blade: int, blades: int, azimuth: float, h
       yaw: sine part.
       blade: 0 for the first one.
       blades: number N of blades.
-      azimuth: [rad] of the first blade.
+      azimuth: [rad] azimuth of the first blade.
       harmonic: multiple n of the rotor speed.
-      offset: [rad] of the harmonic's phase, by which the demand leads: the lag of filters and actuator.
+      offset: [rad] phase lead of the demand at the harmonic: the lag of filters and actuator.
     """
     angle = harmonic * blade_angle(azimuth, blade, blades) + offset
     return tilt * cos(angle) + yaw * sin(angle)

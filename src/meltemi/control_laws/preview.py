@@ -2,9 +2,9 @@
 
     theta_p = theta_ss(V_f(t + lead)),   the integral of the collective law moves with the change of theta_p
 
-with theta_ss the pitch of steady operation and V_f the low-passed wind averaged over the rotor. What is previewed needs
-no speed error any more; the collective law takes what is left. The lead makes up for the low-pass and the actuator. The
-wind is given as a series: the wind itself, which is the most that preview can do, or what a lidar measures of it
+with theta_ss the pitch of steady operation and V_f the low-passed wind averaged over the rotor. Previewed
+changes need no speed error; the collective law controls the rest. The lead compensates the low-pass filter and the
+actuator. The wind is a series: the wind itself, for the best possible preview, or lidar measurements of it
 (``meltemi.analysis.lidar_preview``).
 
 Reference: docs/theory/control.md (C-39, C-40); Schlipf, Schlipf and Kühn (2013), Wind Energy 16, 1107-1129.
@@ -67,15 +67,15 @@ def preview_settings(
 
     Args:
       wind: (T,) [m/s] averaged over the rotor, from time zero on.
-      time_step: [s] between its values.
-      lead: [s] by which it is read ahead.
+      time_step: [s] time between its values.
+      lead: [s] lead time.
       frequency: [rad/s] corner of the low-pass.
-      first_speed: [m/s] of the table.
-      spacing: [m/s] of the table.
-      pitch: (n,) [rad] of steady operation at these speeds.
+      first_speed: [m/s] first wind speed of the table.
+      spacing: [m/s] spacing of the table.
+      pitch: (n,) [rad] pitch of steady operation at these speeds.
 
     Raises:
-      InputError: a number that cannot be, or fewer than two values.
+      InputError: a number is out of range, or there are fewer than two values.
     """
     known, steady = np.asarray(wind, dtype=float), np.asarray(pitch, dtype=float)
     for name, values in (("wind", known), ("pitch", steady)):

@@ -43,7 +43,7 @@ def philox(count: int, stream: int, seed: int) -> tuple[int, int]:
     """Two random 32-bit numbers of an address of two, under a key (Philox 2x32-10)."""
     left, right, key = count & _MASK, stream & _MASK, seed & _MASK
     for _ in range(_ROUNDS):
-        # a product beyond 63 bits wraps, which leaves the 64 bits that are used as they are
+        # a product beyond 63 bits wraps around, which does not change the 64 bits in use
         product = left * _MULTIPLIER
         left, right = ((product >> 32) & _MASK) ^ key ^ right, product & _MASK
         key = (key + _KEY_STEP) & _MASK
@@ -74,8 +74,8 @@ def noise_start(seed: int, stream: int = 0) -> Noise:
     """Initial state of a noise.
 
     Args:
-      seed: of a run, from 0 to 2^32 - 1.
-      stream: of a sensor, from 0 to 2^32 - 1; sensors of one seed need different ones.
+      seed: seed of a run, from 0 to 2^32 - 1.
+      stream: stream of a sensor, from 0 to 2^32 - 1; sensors with one seed need different streams.
 
     Raises:
       InputError: one of them is out of range.
@@ -92,7 +92,7 @@ def delay(x: Delay, signal: float) -> float:
 
     Args:
       x: settings and state, see ``delay_start``; with 0 samples the signal comes back at once.
-      signal: of any unit.
+      signal: signal of any unit.
     """
     samples = whole(x.samples)
     if samples < 1:
@@ -109,7 +109,7 @@ def delay_start(samples: int, signal: float = 0.0) -> Delay:
 
     Args:
       samples: number of sample times.
-      signal: of any unit.
+      signal: signal of any unit.
 
     Raises:
       InputError: ``samples`` is no whole number from 0 on.

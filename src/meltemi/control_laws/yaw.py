@@ -6,10 +6,10 @@
     start          |averaged| > dead band for the start time
     stop           averaged error in the direction of turning <= stop band + rate^2 / (2 acceleration)
 
-The nacelle's own turning is known, so the average takes it out: it moves with the nacelle at once and lags behind the
-wind's direction alone. A drive that stops by it does not overshoot by the time of the average, and turbulence does not
-stop it halfway. The vane is the horizontal wind at the undisturbed hub; what the rotor does to a vane behind it is part
-of the bias.
+The yaw motion of the nacelle is known, so the average excludes it: it follows the nacelle without lag and lags only
+behind the wind direction. A drive that stops by it does not overshoot by the averaging time, and turbulence does not
+stop it halfway. The vane measures the undisturbed horizontal wind at the hub; the effect of the rotor on a vane behind
+it is part of the bias.
 
 Reference: docs/theory/control.md (C-50 to C-54).
 """
@@ -42,11 +42,11 @@ class YawControl(Record):
     """Settings of the yaw control; angles in radians, clockwise from above positive."""
 
     bias: float = Field(default=0.0, gt=-math.pi, lt=math.pi)
-    """[rad] that the vane reads too much."""
+    """[rad] bias of the vane."""
     noise: float = Field(default=0.0, ge=0.0, lt=math.pi)
     """[rad] standard deviation of white noise of the vane, at every call."""
     seed: int = Field(default=1, ge=0, lt=2**32)
-    """Of the noise."""
+    """Seed of the noise."""
     filter_time: float = Field(default=1.0, ge=0.0)
     """[s] time constant of the error for protection and reports; 0: not filtered."""
     average_time: float = Field(default=30.0, ge=0.0)
@@ -54,11 +54,11 @@ class YawControl(Record):
     dead_band: float = Field(default=math.radians(8.0), gt=0.0, lt=math.pi)
     """[rad] averaged error beyond which the drive starts."""
     start_time: float = Field(default=10.0, ge=0.0)
-    """[s] for which it must stay beyond."""
+    """[s] time for which it must stay beyond."""
     stop_band: float = Field(default=math.radians(0.5), ge=0.0, lt=math.pi)
     """[rad] averaged error within which the drive stops; smaller than the dead band."""
     rate: float | None = Field(default=None, gt=0.0, lt=0.2)
-    """[rad/s] that is demanded; by default the most that the turbine's drive has."""
+    """[rad/s] demanded yaw rate; by default the rate of the turbine's yaw drive."""
     minimum_wind: float = Field(default=2.5, ge=0.0)
     """[m/s] averaged wind speed below which the drive does not turn."""
     twist_limit: float | None = Field(default=None, gt=0.0)
@@ -132,7 +132,7 @@ def yaw_step(x: YawControlState, measured: Measurements, dt: float) -> float:
 
     Args:
       x: settings and state.
-      measured: by the sensors.
+      measured: measurements of the sensors.
       dt: [s] since the last call.
 
     Returns:
@@ -167,7 +167,7 @@ def yaw_step(x: YawControlState, measured: Measurements, dt: float) -> float:
         x.starts += 1.0
     calm = x.wind < x.minimum_wind
     x.switches += crossed(x.wind - x.minimum_wind)
-    # a positive, clockwise error is turned out by a clockwise, negative rate
+    # a positive, clockwise error needs a clockwise, negative rate
     if calm or (x.twist_limit > 0.0 and -turning * measured.yaw >= x.twist_limit):
         turning = 0.0
     x.turning = turning
@@ -225,14 +225,14 @@ def YawController(
     """Baseline or load controller with a yaw control. The model needs ``yaw="driven"``.
 
     Args:
-      turbine: gives the collective law and the limits of its actuators.
-      settings: of the yaw control; the defaults of ``YawControl``.
-      load: of the load controller; none leaves the baseline law.
-      sample_time: [s] between calls; by default every time step.
-      name: for messages.
+      turbine: turbine with the collective law and the limits of its actuators.
+      settings: settings of the yaw control; by default those of ``YawControl``.
+      load: settings of the load controller; by default the baseline law.
+      sample_time: [s] time between calls; by default every time step.
+      name: name for messages.
 
     Raises:
-      InputError: settings that contradict each other or the turbine.
+      InputError: settings are inconsistent with each other or with the turbine.
     """
     inner = LoadController(turbine, load, sample_time=sample_time, name=name)
     template = yaw_settings(settings or YawControl(), turbine.yaw)

@@ -1,3 +1,3 @@
-"""Controllers by name: one vocabulary for commands, case files and Python; tuning of control schemes."""
+"""Controllers by name, common to commands, case files and Python; tuning of control schemes."""
 
 KERNELS = ()

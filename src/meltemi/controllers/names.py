@@ -75,12 +75,12 @@ FILES = "a Python file, module:function, an FMU, or a controller library (its in
 def controller_keys(text: str) -> dict[str, str]:
     """Keys of the record of a controller (docs/guide/controller-names.md) from its name or file.
 
-    This is the vocabulary of all commands, of case files and of Python: one of ``NAMES``, the path of a Python file or
-    ``module:function``, or the path of a library; libraries have their input file after ``@``. ``./ipc`` is a file
-    where ``ipc`` is a scheme. Nothing is read.
+    The names are common to all commands, case files and Python: one of ``NAMES``, the path of a Python file or
+    ``module:function``, or the path of a library; libraries have their input file after ``@``. ``./ipc`` is a file,
+    ``ipc`` a scheme. No file is read.
 
     Raises:
-      InputError: no such name, with the closest ones and the list.
+      InputError: the name is unknown; the message has the closest ones and the list.
     """
     source, _, given = (text, "", "") if Path(text).is_file() else text.partition("@")
     name = {each.lower(): each for each in NAMES}.get(source.lower(), source)
@@ -107,22 +107,22 @@ def controller_keys(text: str) -> dict[str, str]:
 
 
 def labelled(names: Sequence[str]) -> dict[str, str]:
-    """Controllers by label: their names, those of files without folder and ending.
+    """Controllers by label: their names, those of files without folder and suffix.
 
     Raises:
-      InputError: there are none, one is unknown, or two have the same label.
+      InputError: the list is empty, a name is unknown, or two have the same label.
     """
     if not names:
         raise InputError(f"controllers: name at least one of {', '.join(NAMES)}; {FILES}")
-    found: dict[str, str] = {}
+    by_label: dict[str, str] = {}
     for name in names:
         controller_keys(name)
         if list(names).count(name) > 1:
             raise InputError(f"controllers: {name!r} is named twice")
-        if (own := label(name)) in found:
-            raise InputError(f"controllers: two of them are called {own!r}")
-        found[own] = name
-    return found
+        if (text := label(name)) in by_label:
+            raise InputError(f"controllers: two of them are called {text!r}")
+        by_label[text] = name
+    return by_label
 
 
 def label(name: str) -> str:
@@ -133,5 +133,5 @@ def label(name: str) -> str:
 
 def need_flaps(names: Iterable[str | None]) -> bool:
     """Whether one of the names is a scheme with flaps."""
-    found = [SCHEMES.get(name.lower()) for name in names if name is not None]
-    return any(scheme.flaps for scheme in found if scheme is not None)
+    schemes = [SCHEMES.get(name.lower()) for name in names if name is not None]
+    return any(scheme.flaps for scheme in schemes if scheme is not None)

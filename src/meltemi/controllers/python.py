@@ -35,33 +35,35 @@ def function_of(file: str, name: str) -> Callable[[Any], object]:
         return partial(fmu_controller, file)
     where = file if is_path(file) else f"controller {file}:{name}"
     module = _of_file(file, _digest(file)) if is_path(file) else _imported(file, where)
-    found = getattr(module, name, None)
-    if not callable(found):
-        own = [n for n, x in vars(module).items() if inspect.isfunction(x) and x.__module__ == module.__name__]
-        hint = did_you_mean(name, own) if own else "it has no functions"
+    attribute = getattr(module, name, None)
+    if not callable(attribute):
+        names = [n for n, x in vars(module).items() if inspect.isfunction(x) and x.__module__ == module.__name__]
+        hint = did_you_mean(name, names) if names else "it has no functions"
         raise InputError(
             f"{where}: expected a function {name}(turbine) that returns a meltemi.Controller; there is no function "
             f"{name!r}; {hint}"
         )
-    function: Callable[[Any], object] = found
+    function: Callable[[Any], object] = attribute
     return function
 
 
 def checked_controller(where: str, make: Callable[[Any], object], turbine: Any) -> Controller:
-    """The controller that a user's function makes for a turbine.
+    """The controller that a user's function creates for a turbine.
 
     Raises:
       InputError: the function raises, or returns no controller.
     """
     try:
-        made = make(turbine)
+        controller = make(turbine)
     except Exception as error:
         if where.endswith(".fmu") and isinstance(error, InputError):
             raise
         raise InputError(f"{where}: controller(turbine) raised {type(error).__name__}: {error}") from error
-    if not isinstance(made, Controller):
-        raise InputError(f"{where}: controller(turbine) must return a meltemi.Controller, found {type(made).__name__}")
-    return made
+    if not isinstance(controller, Controller):
+        raise InputError(
+            f"{where}: controller(turbine) must return a meltemi.Controller, found {type(controller).__name__}"
+        )
+    return controller
 
 
 def _digest(path: str) -> str:
@@ -70,7 +72,7 @@ def _digest(path: str) -> str:
 
 @lru_cache(maxsize=16)
 def _of_file(path: str, digest: str) -> ModuleType:
-    """The module of a file, which runs once as long as its content, with this hash, stays the same."""
+    """The module of a file, which is executed once for each content (hash)."""
     name = f"meltemi_own_{Path(path).stem}_{digest[:8]}"
     spec = spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
@@ -86,9 +88,9 @@ def _of_file(path: str, digest: str) -> ModuleType:
 
 def _imported(name: str, where: str) -> ModuleType:
     """A module by its name; the working folder is searched first."""
-    here = str(Path.cwd())
-    if here not in sys.path:
-        sys.path.insert(0, here)
+    folder = str(Path.cwd())
+    if folder not in sys.path:
+        sys.path.insert(0, folder)
     try:
         return import_module(name)
     except ModuleNotFoundError as error:

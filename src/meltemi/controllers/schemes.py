@@ -1,4 +1,4 @@
-"""Controllers made for a turbine from their specification; control schemes are tuned for it.
+"""Controllers of a turbine from their specification; control schemes are tuned for it.
 
 ``ipc`` is CPC with feed-forward and 1P feedback to pitch, ``cpfc`` is ``ipc`` with 2P feedback to flaps: the load is
 divided by frequency. All names and files: docs/guide/controller-names.md.
@@ -54,9 +54,9 @@ class SchemeDesign:
     """Controllers for a turbine, and the tuning of the loops of its schemes.
 
     Attributes:
-      controllers: by label.
-      settings: of the load control of schemes, by name.
-      tunings: by scheme and loop, such as ``cpfc: 2P flap``; once for schemes that share all loops.
+      controllers: controllers by label.
+      settings: settings of the load control of schemes, by name.
+      tunings: tunings by scheme and loop, such as ``cpfc: 2P flap``; once for schemes that share all loops.
     """
 
     controllers: Mapping[str, Controller]
@@ -93,29 +93,29 @@ def design_controllers(
     dynamics (docs/theory/control.md, C-31).
 
     Args:
-      model: of a turbine with the actuators that the schemes require, see :func:`equipped`.
-      names: of the common vocabulary: schemes, supervised, A0 to A3, rosco, Python files, libraries ...
-      shear_exponent: assumed by the feed-forward.
+      model: model of a turbine with the actuators that the schemes require, see :func:`equipped`.
+      names: names of controllers: schemes, supervised, A0 to A3, rosco, Python files, libraries ...
+      shear_exponent: shear exponent that the feed-forward assumes.
       progress: callback with the completed fraction.
 
     Raises:
-      InputError: a name is unknown or named twice, a file is missing, or gives no controller.
+      InputError: a name is unknown or repeated, or a file is missing or provides no controller.
     """
-    cases = {own: specification(name) for own, name in labelled(names).items()}
+    cases = {name_of: specification(name) for name_of, name in labelled(names).items()}
     for case in cases.values():
         check_files(case)
     schemes = [case.scheme for case in cases.values() if isinstance(case, BaselineCase) and case.scheme is not None]
     others = {
-        own: make_controller(case, model, name=own)  # errors in them come first
-        for own, case in cases.items()
+        name_of: make_controller(case, model, name=name_of)  # report their errors first
+        for name_of, case in cases.items()
         if getattr(case, "scheme", None) not in schemes
     }
     settings, tunings = tuned_schemes(model, schemes, shear_exponent=shear_exponent, progress=progress)
     controllers = {
-        own: others[own]
-        if own in others
-        else make_controller(case.replace(load=settings[str(case.scheme)]), model, name=own)  # type: ignore[union-attr]
-        for own, case in cases.items()
+        name_of: others[name_of]
+        if name_of in others
+        else make_controller(case.replace(load=settings[str(case.scheme)]), model, name=name_of)  # type: ignore[union-attr]
+        for name_of, case in cases.items()
     }
     return SchemeDesign(controllers, settings, tunings)
 
@@ -150,8 +150,8 @@ def tuned_schemes(
     }
     tunings = {
         f"{', '.join(name for name in schemes if schemes[name].loops == wanted)}: {harmonic}P {actuator}": tuning
-        for wanted, found in tuned.items()
-        for (actuator, harmonic), tuning in zip(wanted, found, strict=True)
+        for wanted, loop_tunings in tuned.items()
+        for (actuator, harmonic), tuning in zip(wanted, loop_tunings, strict=True)
     }
     return settings, tunings
 
@@ -170,14 +170,14 @@ def make_controller(
     """The controller of a name, file or specification for the turbine of a model.
 
     Args:
-      given: a name of the common vocabulary (docs/guide/controller-names.md), or the record of a case file.
-      model: of the turbine, with flaps if a scheme needs them; the loops of a scheme are tuned for it.
-      folder: to which paths are relative.
-      kept: working folder of a library; a temporary one without it.
-      name: for messages.
+      given: name of a controller (docs/guide/controller-names.md), or the record of a case file.
+      model: turbine model, with flaps if a scheme needs them; the loops of a scheme are tuned for it.
+      folder: folder to which paths are relative.
+      kept: working folder of a library; by default a temporary one.
+      name: name for messages.
 
     Raises:
-      InputError: no such name or file, or it gives no controller of this turbine.
+      InputError: the name or file does not exist, or provides no controller for this turbine.
     """
     case, turbine = settled(specification(given), model), model.turbine
     if isinstance(case, LibraryCase):
@@ -187,12 +187,12 @@ def make_controller(
         where = file if is_path(file) else f"controller {file}:{case.function}"
         return checked_controller(where, function_of(file, case.function), turbine)
     if isinstance(case, SupervisedCase):
-        own = {key: getattr(case, key) for key in ("load", "yaw", "protection", "sample_time")}
-        return SupervisedController(turbine, case.supervision, **own)
+        keys = {key: getattr(case, key) for key in ("load", "yaw", "protection", "sample_time")}
+        return SupervisedController(turbine, case.supervision, **keys)
     if isinstance(case, PowerCase):
         power = case.model_dump(exclude={"kind", "yaw", "relief", "load", "sample_time"}, exclude_unset=True)
-        own = {key: getattr(case, key) for key in ("yaw", "relief", "load", "sample_time")}
-        return CoordinatedController(turbine, performance_of(turbine), power=PowerControl(**power), **own)
+        keys = {key: getattr(case, key) for key in ("yaw", "relief", "load", "sample_time")}
+        return CoordinatedController(turbine, performance_of(turbine), power=PowerControl(**power), **keys)
     if isinstance(case, FixedCase):
         return ConstantController()
     if case.load is not None:
@@ -204,7 +204,7 @@ def located(case: ControllerCase, turbine: AnyTurbine) -> Any:
     """The controller with its input file: ROSCO without one has that of the turbine, or its example's for it.
 
     Raises:
-      InputError: there is none.
+      InputError: no input file is available.
     """
     if not isinstance(case, LibraryCase) or case.library != ROSCO or case.input is not None:
         return case

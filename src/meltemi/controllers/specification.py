@@ -1,4 +1,4 @@
-"""Controllers as data: the records of case files, from a name or file, with what their stores need."""
+"""Controllers as data: records of case files, from a name or file, and their hashes."""
 
 from __future__ import annotations
 
@@ -151,20 +151,20 @@ class _Holder(Record):
 
 
 def specification(name: str | Mapping[str, Any] | ControllerCase) -> ControllerCase:
-    """A controller as data, from a name or file of the common vocabulary (docs/guide/controller-names.md).
+    """A controller as data, from a name or file (docs/guide/controller-names.md).
 
     Args:
       name: such as ``ipc``, ``A2``, ``rosco@DISCON.IN``, ``mine.py``, ``module:function``, ``libdiscon.so``; or the
         keys of its record.
 
     Raises:
-      InputError: no such name, with the closest ones and the list.
+      InputError: the name is unknown; the message has the closest ones and the list.
     """
     if not isinstance(name, str | Mapping | Record):
         raise InputError(f"controller: expected a name, a file, or keys as in a case file, found {type(name).__name__}")
     keys: Any = controller_keys(name) if isinstance(name, str) else name
-    found: ControllerCase = _Holder(controller=keys).controller
-    return found
+    case: ControllerCase = _Holder(controller=keys).controller
+    return case
 
 
 def keyed(case: ControllerCase) -> dict[str, Any]:
@@ -173,7 +173,7 @@ def keyed(case: ControllerCase) -> dict[str, Any]:
 
 
 def description(case: ControllerCase) -> str:
-    """What a controller is, in a few words."""
+    """Short description of a controller."""
     if isinstance(case, LibraryCase):
         return f"library {Path(case.library).name}" + (f" with {Path(case.input).name}" if case.input else "")
     if isinstance(case, PythonCase):
@@ -185,9 +185,9 @@ def description(case: ControllerCase) -> str:
 
 
 def supervised_form(case: ControllerCase) -> SupervisedCase | None:
-    """The controller under supervision: the same demands in production, and starts and stops.
+    """The controller with supervisory control: the same demands in production, and starts and stops.
 
-    None for those that are whole of themselves: libraries, power control, Python and fixed demands.
+    None for complete controllers: libraries, power control, Python and fixed demands.
     """
     if isinstance(case, BaselineCase):
         return SupervisedCase(kind="supervised", scheme=case.scheme, load=case.load, yaw=case.yaw)
@@ -216,10 +216,10 @@ def _files(case: ControllerCase, folder: Path) -> Iterator[tuple[str, Path]]:
 
 
 def check_files(case: ControllerCase, folder: Path = Path()) -> None:
-    """Test that the files of a controller are there, and are what they are taken for.
+    """Check that the files of a controller exist and are of the expected kind.
 
     Raises:
-      InputError: one is missing, with the closest name beside it; or a library is none.
+      InputError: a file is missing (with the closest name), or a library is none.
     """
     for key, path in _files(case, folder):
         if not path.is_file():
@@ -237,22 +237,22 @@ def hashed(case: ControllerCase, once: Callable[[str, Callable[[], str]], str] |
     """Content of a controller with hashes of its files in the place of their paths, for keys of results.
 
     Args:
-      case: with absolute paths.
-      once: gives a hash by the name of its file, and computes it where it is not known.
+      case: controller with absolute paths.
+      once: returns the hash of a file by its name, and computes it if it is not known.
 
     Raises:
       InputError: a file cannot be read.
     """
     once = once or (lambda name, make: make())
-    found = keyed(case)
+    keys = keyed(case)
     for key, path in _files(case, Path()):
-        found[key] = once(str(path), lambda path=path, key=key: _files_hash(path, key == "input"))  # type: ignore[misc]
+        keys[key] = once(str(path), lambda path=path, key=key: _files_hash(path, key == "input"))  # type: ignore[misc]
     if isinstance(case, LibraryCase) and case.library == ROSCO:
         path = find_rosco()
-        found["library"] = once(str(path), lambda: _files_hash(path, False))
+        keys["library"] = once(str(path), lambda: _files_hash(path, False))
     if isinstance(case, PythonCase) and not is_path(case.file):
-        found["file"] = _source_hash(case)
-    return found
+        keys["file"] = _source_hash(case)
+    return keys
 
 
 def digest(case: ControllerCase) -> str:
@@ -263,15 +263,15 @@ def digest(case: ControllerCase) -> str:
 def _files_hash(path: Path, named: bool) -> str:
     """Hash of a file, and of the files that a text names in quotes."""
     data = bytes_of(path, LARGEST_LIBRARY)
-    found = hashlib.sha256(data)
+    digest = hashlib.sha256(data)
     for name in QUOTED.findall(data.decode(errors="replace")) if named else ():
         if (path.parent / name).is_file():
-            found.update(bytes_of(path.parent / name))
-    return found.hexdigest()
+            digest.update(bytes_of(path.parent / name))
+    return digest.hexdigest()
 
 
 def _source_hash(case: PythonCase) -> str:
-    """Hash of the module of a function; another one each time if it has no source."""
+    """Hash of the module of a function; random if it has no source."""
     try:
         module = sys.modules[function_of(case.file, case.function).__module__]
         return hashlib.sha256(inspect.getsource(module).encode()).hexdigest()

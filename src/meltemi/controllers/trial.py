@@ -1,4 +1,4 @@
-"""Trial of controllers: a few steps, before minutes of work, so that one that does not work is refused at once."""
+"""Trial of controllers: a few steps before long computations, so that faulty ones are rejected immediately."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ CALLS = 3
 def try_controllers(controllers: Mapping[str, Controller], model: Model[Any]) -> None:
     """Simulate a few steps of steady operation under each controller.
 
-    Those of this package are not tried: only a library, plain or compiled Python of others can be wrong here.
+    Controllers of this package are not tried, only libraries and user-defined Python.
 
     Args:
-      controllers: by label.
-      model: of their turbine.
+      controllers: controllers by label.
+      model: turbine model.
 
     Raises:
-      InputError: one cannot be started, raises, or demands NaN, with its message.
+      InputError: a controller cannot be started, raises an error, or demands NaN.
     """
     foreign = {label: each for label, each in controllers.items() if not _ours(each)}
     if not foreign:

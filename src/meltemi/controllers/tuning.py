@@ -7,7 +7,7 @@ is
 
     L(s) = (k_I / s + k_P) * exp(i phi) * F(s + i n W) * (-P_n(s)),    F: band-pass, sensor, delay
 
-Loops at several harmonics act on the same blades: each one takes its part of a tone, so their L add up.
+Loops at several harmonics act on the same blades: each filters its part of a tone, so their L are added.
 
 The rule: phi is the phase by which F and the turbine lag at nP, so L is an integrator for slow changes. A band-pass of
 damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, and the
@@ -73,12 +73,12 @@ class TunedPoint:
     """A control loop at one operating point, together with the other loops.
 
     Attributes:
-      wind_speed: [m/s].
-      rotor_speed: [rad/s].
-      pitch: [rad].
+      wind_speed: [m/s] wind speed.
+      rotor_speed: [rad/s] rotor speed.
+      pitch: [rad] collective pitch.
       plant: P_n(0) [N m/rad], amplitude of the blades' moments over that of the demands at nP.
       leak: response to a demand at nP at other frequencies over that at nP; not part of the design.
-      frequency: (F,) [rad/s] of the amplitudes, both signs, without zero.
+      frequency: (F,) [rad/s] frequencies of the amplitudes, both signs, without zero.
       plant_response: (F,) P_n [N m/rad].
       loop: (F,) L of this loop.
       together: (F,) sum of all loops; equal to ``loop`` for a single loop.
@@ -112,7 +112,7 @@ class LoopTuning(Brief):
       points: the operating points, with margins.
       phase_margin: [rad] required.
       gain_margin: required.
-      factor: by which gains were lowered because of the other loops; 1 for a single loop.
+      factor: reduction of the gains because of the other loops; 1 for a single loop.
     """
 
     loop: HarmonicLoop
@@ -140,20 +140,20 @@ def tune_ipc(  # noqa: PLR0913 - design choices, each with a default
     """Tune an individual pitch or flap loop for stability margins of the linear turbine model (C-32 to C-37).
 
     Args:
-      model: of the turbine, with its actuators and flaps.
+      model: turbine model with its actuators and flaps.
       harmonic: multiple n of the rotor speed.
-      actuator: that the loop moves.
-      flap: its number, from 1.
+      actuator: actuator of the loop.
+      flap: number of the flap, from 1.
       filter_damping: damping ratio of the band-pass, 0: none; by default the filter delays the loop as much as actuator
         and turbine do.
       lead_time: [s] proportional over integral gain; by default the share of the filter's delay that permits the
         largest gain.
       phase_margin: [rad] kept at every operating point.
       gain_margin: factor kept at every operating point.
-      wind_speeds: [m/s] of the operating points; by default four from 1.1 times rated to cut-out.
+      wind_speeds: [m/s] wind speeds of the operating points; by default four from 1.1 times rated to cut-out.
       sensor: dynamics between the blade moments and the controller.
-      sample_time: [s] of the controller; by default the model's time step.
-      linear: from :func:`linear_models`, for several tunings of one model.
+      sample_time: [s] sample time of the controller; by default the model's time step.
+      linear: linear models from :func:`linear_models`, for several tunings of one model.
 
     Raises:
       InputError: a harmonic that number of blades or sample time do not permit, a flap that does not exist, a margin
@@ -184,7 +184,7 @@ def tune_loops(
     Arguments not listed here are those of :func:`tune_ipc`.
 
     Args:
-      model: of the turbine.
+      model: turbine model.
       targets: actuator and harmonic of each loop.
 
     Raises:
@@ -214,16 +214,16 @@ def margins(
     """Phase margin [rad] and gain margin of simultaneous loops, smallest over all operating points (C-35, C-38).
 
     Args:
-      linear: from :func:`linear_models`.
-      loops: that act at the same time.
-      sample_time: [s] of the controller; margins are sought up to half the sampling rate.
+      linear: linear models from :func:`linear_models`.
+      loops: loops that act simultaneously.
+      sample_time: [s] sample time of the controller; margins are evaluated up to half the sampling rate.
       sensor: dynamics between the blade moments and the controller.
     """
-    found = []
+    points = []
     for plant in _plants(linear, loops[0].harmonic, [loop.harmonic for loop in loops], sample_time):
         together = _sum(plant, loops, sensor)
-        found.append([reserve(plant.w, together, plant.poles) for reserve in (phase_reserve, gain_reserve)])
-    phase, gain = np.min(found, axis=0)
+        points.append([reserve(plant.w, together, plant.poles) for reserve in (phase_reserve, gain_reserve)])
+    phase, gain = np.min(points, axis=0)
     return float(phase), float(gain)
 
 
@@ -240,12 +240,12 @@ def linear_models(
     speeds = default_speeds(model) if wind_speeds is None else wind_speeds
     inputs = ["pitch_1", *(f"flap_{j + 1}_1" for j in range(model.n_flaps))]
     outputs = ["generator_speed", "root_moment_out_of_plane_1"]
-    found: list[LinearModel] = []
+    models: list[LinearModel] = []
     for u in speeds:
-        found.append(linearise(model, operating_point(model, float(u)), inputs, outputs))
+        models.append(linearise(model, operating_point(model, float(u)), inputs, outputs))
         if progress is not None:
-            progress(len(found) / len(speeds))
-    return found
+            progress(len(models) / len(speeds))
+    return models
 
 
 def default_speeds(model: BladedModel) -> list[float]:
@@ -263,7 +263,7 @@ def speed_notch(linear: LinearModel, damping: float = NOTCH_DAMPING) -> SpeedNot
     """Notch filter of the speed loop at the largest response of generator speed to collective pitch above 3P (C-31).
 
     Args:
-      linear: from :func:`linear_models`; the response is largest near rated wind speed.
+      linear: linear models from :func:`linear_models`; the response is largest near rated wind speed.
     """
     w = np.geomspace(BEYOND * linear.point.rotor_speed, LAST * linear.point.rotor_speed, 200)
     size = np.abs(linear.response(1j * w)[:, linear.outputs.index("generator_speed"), 0])
@@ -281,7 +281,7 @@ class _Plant:
     Attributes:
       w: (F,) [rad/s] frequencies of the amplitude at nP, up to half the sampling rate on the blades, dense about zero,
         about the other loops and about weakly damped modes.
-      poles: [rad/s] of the integrators: zero for this loop, and those of the other loops.
+      poles: [rad/s] poles of the integrators: zero for this loop, and those of the other loops.
     """
 
     def __init__(self, linear: LinearModel, harmonic: int, harmonics: Set[int], dt: float) -> None:
@@ -350,7 +350,7 @@ class _Draft:
 
     Attributes:
       loop: an integrator of unit bandwidth.
-      plants: by operating point.
+      plants: transfer functions by operating point.
       shapes: L of the loop, by operating point.
     """
 
@@ -389,12 +389,12 @@ def _draft(
     harmonic, speed, dt = plants[0].harmonic, plants[0].speed, plants[0].dt
     for plant in plants:
         check_harmonic(harmonic, plant.speed, dt, model.n_blades)
-    own = [plant.of(actuator, flap) for plant in plants]
+    responses = [plant.of(actuator, flap) for plant in plants]
     if filter_damping is None:
-        lag_time = float(np.mean([_delay(plant.w, P) for plant, (P, _, _) in zip(plants, own, strict=True)]))
+        lag_time = float(np.mean([_delay(plant.w, P) for plant, (P, _, _) in zip(plants, responses, strict=True)]))
         filter_damping = float(np.clip(1.0 / (lag_time * harmonic * speed), *DAMPINGS))
     pitch = np.array([plant.linear.point.pitch for plant in plants])
-    begin, halving = _schedule(pitch, np.array([abs(at_zero) for _, at_zero, _ in own]))
+    begin, halving = _schedule(pitch, np.array([abs(at_zero) for _, at_zero, _ in responses]))
     loop = HarmonicLoop(
         harmonic=harmonic,
         actuator=actuator,
@@ -406,7 +406,7 @@ def _draft(
     # lead and sign make the loop an integrator for slow changes, on the average of the points
     lags = [
         np.angle(at_zero * _filter(loop, np.array([harmonic * plant.speed]), plant.speed, sensor, dt)[0])
-        for plant, (_, at_zero, _) in zip(plants, own, strict=True)
+        for plant, (_, at_zero, _) in zip(plants, responses, strict=True)
     ]
     mean = float(np.angle(np.exp(2j * np.array(lags)).mean())) / 2.0  # of lines through zero, whatever their sign
     sign = -1.0 if np.cos(np.mean(np.unwrap(lags)) - mean) > 0.0 else 1.0
@@ -446,11 +446,11 @@ def _tuned(
 def _points(
     plants: Sequence[_Plant], loop: HarmonicLoop, loops: Sequence[HarmonicLoop], sensor: LoadSensor | None
 ) -> tuple[TunedPoint, ...]:
-    found = []
+    points = []
     for plant in plants:
         P, at_zero, leak = plant.of(loop.actuator, loop.flap)
-        own, together = plant.loop(loop, sensor), _sum(plant, loops, sensor)
-        found.append(
+        alone, together = plant.loop(loop, sensor), _sum(plant, loops, sensor)
+        points.append(
             TunedPoint(
                 wind_speed=plant.linear.point.wind.speed,
                 rotor_speed=plant.speed,
@@ -459,27 +459,27 @@ def _points(
                 leak=leak,
                 frequency=plant.w,
                 plant_response=P,
-                loop=own,
+                loop=alone,
                 together=together,
-                bandwidth=_crossover(plant.w, own),
+                bandwidth=_crossover(plant.w, alone),
                 phase_margin=phase_reserve(plant.w, together, plant.poles),
                 gain_margin=gain_reserve(plant.w, together, plant.poles),
                 sensitivity=float((1.0 / np.abs(1.0 + together)).max()),
             )
         )
-    return tuple(found)
+    return tuple(points)
 
 
 def _filter(loop: HarmonicLoop, tone: Float, speed: float, sensor: LoadSensor | None, dt: float) -> Complex:
     """Response of band-pass, sensor and delay at frequencies of the blades [rad/s] (C-34)."""
     low_pass, samples = (sensor.low_pass, sensor.delay) if sensor else (0.0, 0)
-    found: Complex = np.exp(-1j * tone * dt * (HALF_DELAY + samples))
+    factor: Complex = np.exp(-1j * tone * dt * (HALF_DELAY + samples))
     centre, zeta = loop.harmonic * speed, loop.filter_damping
     if zeta > 0.0:
-        found = found * np.array([response("band_pass", float(each), centre, zeta, dt) for each in tone])
+        factor = factor * np.array([response("band_pass", float(each), centre, zeta, dt) for each in tone])
     if low_pass > 0.0:
-        found = found * np.array([response("low_pass", float(each), low_pass, 0.0, dt) for each in tone])
-    return found
+        factor = factor * np.array([response("low_pass", float(each), low_pass, 0.0, dt) for each in tone])
+    return factor
 
 
 def _delay(w: Float, P: Complex) -> float:
@@ -536,5 +536,5 @@ def _passings(w: Float, x: Float, poles: Sequence[float]) -> NDArray[np.int64]:
 def _crossover(w: Float, L: Complex) -> float:
     size = np.abs(L) - 1.0
     at = _passings(w, size, (0.0,))
-    found = w[at] + (w[at + 1] - w[at]) * size[at] / (size[at] - size[at + 1])
-    return float(np.min(np.abs(found), initial=math.inf))
+    frequency = w[at] + (w[at + 1] - w[at]) * size[at] / (size[at] - size[at + 1])
+    return float(np.min(np.abs(frequency), initial=math.inf))

@@ -1,4 +1,4 @@
-"""The one kernel of a graphics card: a run a thread. Importing it imports numba-cuda."""
+"""Kernel for graphics cards with one run per thread. Importing this module imports numba-cuda."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from meltemi.postprocess.counting import add_samples
 
 
 def march_kernel(functions: Sequence[Any], classes: Sequence[type], first: Sequence[int], **options: Any) -> Any:
-    """Kernel that marches each run by its count of time steps, and adds its samples to its statistics if it has them.
+    """Kernel that advances each run by its count of time steps and updates its statistics, if any.
 
     Args:
       functions: time loop, update of the controller, evaluation, observation.
-      classes: of the records, whose words begin at ``first``.
-      options: of ``numba.cuda.jit``.
+      classes: classes of the records, whose words begin at ``first``.
+      options: options of ``numba.cuda.jit``.
     """
     run, control, system, one, plain, sections, *tally = (record_at(cls) for cls in classes)
     loop, update, evaluate, observe = functions

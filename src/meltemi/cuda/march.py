@@ -1,8 +1,8 @@
-"""Runs on a graphics card: the time loop of many runs at once, a thread each, compiled by numba-cuda.
+"""Runs on a graphics card: the time loop of many runs at once, one thread each, compiled by numba-cuda.
 
-The kernels are those of the processor, in floats. A record is a row of addresses, so that a run is moved to the card by
-copying its memory and replacing them (:class:`Image`). Memory that several runs share, such as their model and the
-field of their wind, is copied once. Afterwards the memory is copied back, and the runs continue on the host.
+The kernels are those of the processor, for floats. A record is a row of addresses, so a run is moved to the card by
+copying its memory and replacing the addresses (:class:`Image`). Memory that several runs share, such as their model and
+the field of their wind, is copied once. Afterwards the memory is copied back, and the runs continue on the host.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ def compiled_update(controller: Controller) -> Any:
 
 
 class Image:
-    """Memory of runs as one vector of bytes, and their records as rows of addresses in it.
+    """Memory of runs as one vector of bytes, with their records as rows of addresses in it.
 
     Args:
-      runs: not begun; any may occur several times, as independent copies that begin alike.
+      runs: runs that have not begun; a run may occur several times, as independent copies with equal initial states.
 
     Attributes:
       content: memory of all runs (bytes).
@@ -66,13 +66,13 @@ class Image:
     """
 
     def __init__(self, runs: Sequence[Simulation]) -> None:
-        found = {id(run): _spans(records_of(run)) for run in runs}
-        common = Counter(span for spans in found.values() for span in spans)
+        memory = {id(run): _spans(records_of(run)) for run in runs}
+        common = Counter(span for spans in memory.values() for span in spans)
         places: dict[tuple[int, ...], int] = {}
-        self.parts: list[tuple[int, int, int]] = []  # address, bytes, place: of each run for itself
+        self.parts: list[tuple[int, int, int]] = []  # address, bytes, offset: separate for each run
         size, rows = 0, []
         for i, run in enumerate(runs):
-            spans = found[id(run)]
+            spans = memory[id(run)]
             begins = []
             for begin, end, writeable in spans:
                 shared = common[begin, end, writeable] > 1 or not writeable
@@ -92,7 +92,7 @@ class Image:
         self.addresses = np.concatenate([_addresses(record) for record in records_of(runs[0])])
 
     def at(self, base: int) -> NDArray[np.int64]:
-        """The words for memory that begins at ``base``."""
+        """Records with addresses for memory that begins at ``base``."""
         return self.words + np.where(self.addresses, base, 0)
 
     def restore(self) -> None:
@@ -102,12 +102,12 @@ class Image:
 
 
 def records_of(run: Simulation) -> tuple[Any, ...]:
-    """The records of a run, as the time loop takes them, and of its statistics if it keeps no series."""
+    """The records of a run in the order of the time loop, with those of statistics if no series are recorded."""
     return (*run.loop.records, *(() if run.sink is None else (run.sink.record,)))
 
 
 def _spans(records: Sequence[Any]) -> list[tuple[int, int, bool]]:
-    """Begin and end of the memory of records, without overlaps, and whether it is written."""
+    """Begin and end of the memory of records, without overlaps, and whether it is written to."""
     arrays = [array for record in records for array in record._keep if array is not None and array.nbytes]
     spans: list[tuple[int, int, bool]] = []
     for begin, size, writeable in sorted(
@@ -121,7 +121,7 @@ def _spans(records: Sequence[Any]) -> list[tuple[int, int, bool]]:
 
 
 def _addresses(record: Any) -> NDArray[np.bool_]:
-    """Which words of a record are addresses of its floats."""
+    """Indices of the words of a record that are addresses of floats."""
     cls: Any = type(record)
     return np.concatenate([[True, False] + [False] * member.ndim for member in members(cls).values()])
 
@@ -148,10 +148,10 @@ def on_card(function: Any) -> Any:
 
 @cache
 def _loop() -> Any:
-    """The time loop, on the card with every kernel that it calls.
+    """The time loop for the card, with every kernel that it calls.
 
-    numba-cuda compiles the kernels that a function calls by an attribute of each, which it would set itself, but with
-    all of Numba's fast mathematics: NaN could then no longer be recognised.
+    numba-cuda compiles called kernels by an attribute of each, which it would otherwise set itself with all of Numba's
+    fast mathematics: NaN could then no longer be recognised.
     """
     from numba.cuda.extending import typeof_impl
 
@@ -177,16 +177,16 @@ def _compiled(
 
 
 def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = False) -> Any:
-    """The kernel that marches a run and others with the same kind of rotor and the same controller.
+    """The kernel for a run and others with the same kind of rotor and the same controller.
 
     Args:
-      registers: largest number of a thread; by default as many as there are.
+      registers: largest number of registers per thread; by default unlimited.
       single: evaluate in single precision.
     """
     records = records_of(run)
     lengths = [len(record.words) for record in records]
     classes, first = tuple(map(type, records)), tuple(sum(lengths[:k]) for k in range(len(lengths)))
-    if config.ENABLE_CUDASIM:  # it cannot compile: the loop of the processor takes the same words
+    if config.ENABLE_CUDASIM:  # cannot be compiled: the loop of the processor takes the same words
         from meltemi.cuda.kernel import march_kernel
 
         return march_kernel((run.loop.function, run.loop.controller, *run.loop.physics), classes, first)
@@ -196,7 +196,7 @@ def kernel_of(run: Simulation, registers: int | None = None, *, single: bool = F
 def march_together(
     runs: Sequence[Simulation], stop: Callable[[], bool] = lambda: False, *, steps: int = 500, single: bool = False
 ) -> None:
-    """March runs on the card to their ends, or until ``stop``; they are then interrupted.
+    """Advance runs on the card to their ends, or until ``stop`` interrupts them.
 
     Args:
       steps: time steps between two checks of ``stop``; a run without a series holds the output of as many.
@@ -230,6 +230,6 @@ def _march(runs: Sequence[Simulation], stop: Callable[[], bool], steps: int, sin
 
 
 def address(array: Any) -> int:
-    """Address of an array of the card."""
+    """Address of an array on the card."""
     pointer = getattr(array, "device_ctypes_pointer", None)
     return int(array.ctypes.data if pointer is None else pointer.value)

@@ -1,8 +1,8 @@
-"""Arithmetic of an evaluation in single precision: a pass over the intermediate code of its kernels.
+"""Evaluations in single precision: a pass over the LLVM code of the kernels.
 
-Every number that these kernels load or compute is rounded to single precision. A compiler then uses instructions of
-single precision, which give the same: a sum, product, quotient or root in double precision of numbers in single
-precision, rounded, is the one in single precision. States, time, controller, output and statistics stay in double
+Every number that these kernels load or compute is rounded to single precision. The compiler then uses single-precision
+instructions with equal results: the rounded double-precision sum, product, quotient or root of single-precision
+numbers equals the single-precision one. States, time, controller, output and statistics stay in double
 precision.
 """
 
@@ -23,18 +23,18 @@ _NUMBER = re.compile(
 
 
 def rounded(text: str) -> str:
-    """LLVM code whose kernels of an evaluation round all numbers to single precision."""
+    """LLVM code in which the kernels of an evaluation round all numbers to single precision."""
     lines, inside = [], False
     for n, line in enumerate(text.splitlines()):
         if line.startswith("define"):
             inside = bool(EVALUATION.search(line))
-        found = _NUMBER.fullmatch(line) if inside else None
-        if found is None:
+        match = _NUMBER.fullmatch(line) if inside else None
+        if match is None:
             lines.append(line)
         else:
-            margin, name, made, kind = found.groups()
+            margin, name, operation, kind = match.groups()
             single = kind.replace("double", "float")
-            lines.append(f"{margin}%wide.{n} = {made}")
+            lines.append(f"{margin}%wide.{n} = {operation}")
             lines.append(f"{margin}%narrow.{n} = fptrunc {kind} %wide.{n} to {single}")
             lines.append(f"{margin}{name} = fpext {single} %narrow.{n} to {kind}")
     return "\n".join(lines)
@@ -42,7 +42,7 @@ def rounded(text: str) -> str:
 
 @contextmanager
 def on_card() -> Iterator[None]:
-    """What numba-cuda compiles within is rounded."""
+    """Context in which numba-cuda compiles code with rounding."""
     from numba.cuda.cudadrv import nvvm
 
     compile_ir = nvvm.compile_ir

@@ -57,28 +57,28 @@ class PermanentMagnetMachine(Record):
 
     @property
     def rated_current(self) -> float:
-        """[A] at rated power with zero d-axis current."""
+        """Current [A] at rated power with zero d-axis current."""
         return self.rated_power / (1.5 * self.rated_emf)
 
     @property
     def rated_emf(self) -> float:
-        """[V] electromotive force at rated speed."""
+        """Electromotive force [V] at rated speed."""
         return self.rated_frequency * self.flux
 
     @property
     def rated_frequency(self) -> float:
-        """[rad/s] electrical frequency of the stator at rated speed."""
+        """Electrical frequency [rad/s] of the stator at rated speed."""
         return self.pole_pairs * self.rated_speed
 
     @property
     def rated_voltage(self) -> float:
-        """[V] at the terminals at rated power with zero d-axis current."""
+        """Terminal voltage [V] at rated power with zero d-axis current."""
         i, w = self.rated_current, self.rated_frequency
         return math.hypot(self.rated_emf - self.resistance * i, w * self.inductance * i)
 
     @property
     def copper_loss(self) -> float:
-        """[W] at rated power."""
+        """Copper loss [W] at rated power."""
         return 1.5 * self.resistance * self.rated_current**2
 
 
@@ -95,7 +95,7 @@ class Converter(Record):
     """[Ohm; 5e-4 to 0.5] loss for the square of the current's peak value."""
 
     def loss(self, current: float) -> float:
-        """[W] at the nominal voltage of the DC link."""
+        """Loss [W] at the nominal voltage of the DC link."""
         return self.standing_loss + (self.voltage_drop + self.resistance * current) * current
 
 
@@ -103,7 +103,7 @@ class Chopper(Record):
     """Pulsed brake resistor in the DC link, averaged: its power increases with the voltage."""
 
     resistance: float = Field(gt=0.0)
-    """[Ohm; 0.02 to 100]."""
+    """[Ohm; 0.02 to 100] resistance."""
     begin: float = Field(default=1.06, gt=1.0, lt=2.0)
     """Voltage at which it starts, per unit of the nominal one."""
     full: float = Field(default=1.12, gt=1.0, lt=2.0)
@@ -125,7 +125,7 @@ class DCLink(Record):
     voltage: float = Field(gt=0.0)
     """[V; 300 to 5e4] nominal."""
     capacitance: float = Field(gt=0.0)
-    """[F; 1e-4 to 1]."""
+    """[F; 1e-4 to 1] capacitance."""
     chopper: Chopper | None = None
     """Without it, power that the grid cannot take trips the turbine."""
     highest: float = Field(default=1.25, gt=1.0, lt=3.0)
@@ -198,7 +198,7 @@ class ConverterControl(Record):
 
     @property
     def longest_step(self) -> float:
-        """[s] longest step of the controls."""
+        """Longest step [s] of the controls."""
         return self.substep or 0.25 / (2.0 * math.pi * self.current_bandwidth)
 
 
@@ -222,42 +222,42 @@ class ElectricalSystem(Record):
 
     @property
     def grid_peak(self) -> float:
-        """[V] peak of a phase of the grid at nominal voltage."""
+        """Peak phase voltage [V] of the grid at nominal voltage."""
         return self.voltage / LINE
 
     @property
     def rated_grid_current(self) -> float:
-        """[A] peak, at the machine's rated power and nominal voltage."""
+        """Peak grid current [A] at rated power of the machine and nominal voltage."""
         return self.machine.rated_power / (1.5 * self.grid_peak)
 
     @property
     def limit_voltage(self) -> float:
-        """[V] largest peak phase voltage of the converters at nominal DC link voltage."""
+        """Largest peak phase voltage [V] of the converters at nominal DC link voltage."""
         return self.dc_link.voltage / math.sqrt(3.0)
 
     def problems(self) -> list[str]:
         """Inconsistencies of the system, as messages; empty if there are none."""
-        m, f, found = self.machine, self.filter, []
+        m, f, problems = self.machine, self.filter, []
         P, limit, i = m.rated_power, RESERVE * self.limit_voltage, self.rated_grid_current
         if m.copper_loss > MOST_COPPER * P:
-            found.append(
+            problems.append(
                 f"machine.resistance {m.resistance:g} Ohm loses {m.copper_loss / 1e6:.3g} MW of {P / 1e6:.3g} MW at "
                 f"the rated current of {m.rated_current:.4g} A"
             )
         if m.iron_loss > MOST_COPPER * P:
-            found.append(
+            problems.append(
                 f"machine.iron_loss {m.iron_loss / 1e6:.3g} MW is too high for a rated power of {P / 1e6:.3g} MW"
             )
         lost = 1.5 * f.resistance * i * i
         if lost > MOST_FILTER * P:
-            found.append(
+            problems.append(
                 f"filter.resistance {f.resistance:g} Ohm loses {lost / 1e6:.3g} MW of {P / 1e6:.3g} MW at the rated "
                 f"current of {i:.4g} A; is it {1e-3 * f.resistance:g} Ohm?"
             )
         kept = f"with the {100.0 * (1.0 - RESERVE):.0f} % that the control keeps"
         if m.rated_voltage > limit:
             short = m.rated_voltage > self.limit_voltage
-            found.append(
+            problems.append(
                 f"dc_link.voltage {self.dc_link.voltage:g} V "
                 f"{'is below' if short else 'leaves the control no reserve over'} the machine's: at rated power and "
                 f"speed its terminals have {LINE * m.rated_voltage:.5g} V line to line (rms), which take "
@@ -267,7 +267,7 @@ class ElectricalSystem(Record):
         x = 2.0 * math.pi * self.frequency * f.inductance * i
         e = math.hypot(self.grid_peak + f.resistance * i, x)
         if e > limit:
-            found.append(
+            problems.append(
                 f"dc_link.voltage {self.dc_link.voltage:g} V is too low for the grid: at rated power the converter "
                 f"needs {LINE * e:.5g} V line to line (rms), so at least {math.sqrt(3.0) * e / RESERVE:.5g} V "
                 f"{kept}"
@@ -275,23 +275,28 @@ class ElectricalSystem(Record):
         for name, rated in (("machine_converter", m.rated_current), ("grid_converter", i)):
             converter: Converter = getattr(self, name)
             if converter.current < rated:
-                found.append(f"{name}.current {converter.current:g} A is less than the rated {rated:.5g} A (peak)")
+                problems.append(f"{name}.current {converter.current:g} A is less than the rated {rated:.5g} A (peak)")
             if converter.loss(rated) > MOST_COPPER * P:
-                found.append(f"{name} loses {converter.loss(rated) / 1e6:.3g} MW of {P / 1e6:.3g} MW")
+                problems.append(f"{name} loses {converter.loss(rated) / 1e6:.3g} MW of {P / 1e6:.3g} MW")
         chopper, highest = self.dc_link.chopper, self.dc_link.highest
         if chopper is not None and chopper.full >= highest:
-            found.append(f"dc_link.chopper.full {chopper.full:g} must be less than dc_link.highest {highest:g}")
+            problems.append(f"dc_link.chopper.full {chopper.full:g} must be less than dc_link.highest {highest:g}")
         band = self.ride_through
         if not band.lowest_frequency < self.frequency < band.highest_frequency:
-            found.append(
+            problems.append(
                 f"frequency {self.frequency:g} Hz is not between ride_through.lowest_frequency "
                 f"{band.lowest_frequency:g} Hz and highest_frequency {band.highest_frequency:g} Hz"
             )
-        return found + self._too_fast()
+        return problems + self._too_fast()
 
     def _too_fast(self) -> list[str]:
         """Time scales that are too fast for the controls or their sub-steps (E-27, E-28)."""
-        found, P, dc, rate = [], self.machine.rated_power, self.dc_link, 2.0 * math.pi * self.control.current_bandwidth
+        problems, P, dc, rate = (
+            [],
+            self.machine.rated_power,
+            self.dc_link,
+            2.0 * math.pi * self.control.current_bandwidth,
+        )
         h, wv = self.control.longest_step, 2.0 * math.pi * self.control.voltage_bandwidth
         for name, inductance, volts, amperes in (
             ("machine", self.machine.inductance, self.machine.rated_emf, self.machine.rated_current),
@@ -299,7 +304,7 @@ class ElectricalSystem(Record):
         ):
             swing = volts / (math.e * rate * inductance * amperes)
             if swing > MOST_SWING:
-                found.append(
+                problems.append(
                     f"{name}.inductance {inductance:g} H is too small for control.current_bandwidth "
                     f"{self.control.current_bandwidth:g} Hz: a loss of voltage would change the current by {swing:.3g} "
                     f"times the rated one; at least {inductance * swing / MOST_SWING:.2g} H"
@@ -307,16 +312,16 @@ class ElectricalSystem(Record):
         store = 0.5 * dc.capacitance * dc.voltage**2 / P
         if not 1.0 / rate <= store <= LONGEST_STORE:
             low, high = (2.0 * P * t / dc.voltage**2 for t in (1.0 / rate, LONGEST_STORE))
-            found.append(
+            problems.append(
                 f"dc_link.capacitance {dc.capacitance:g} F holds rated power for {store:.3g} s, not between the "
                 f"{1.0 / rate:.2g} s in which the currents are controlled and {LONGEST_STORE:g} s: {low:.2g} to "
                 f"{high:.2g} F"
             )
-        # a current that is to change takes energy for the filter out of the link at once
+        # a change of the current takes energy for the filter from the link immediately
         filling = self.filter.inductance * self.rated_grid_current / self.grid_peak * -math.expm1(-rate * h)
         if math.sqrt(2.0) * wv * (h + filling) > 1.0:
             most = 1.0 / (2.0 * math.pi * math.sqrt(2.0) * (h + filling))
-            found.append(
+            problems.append(
                 f"control.voltage_bandwidth {self.control.voltage_bandwidth:g} Hz is too much for the energy of the "
                 f"filter at sub-steps of {h:.3g} s; at most {most:.3g} Hz"
             )
@@ -324,19 +329,19 @@ class ElectricalSystem(Record):
             gain = dc.chopper.full / (dc.chopper.full - dc.chopper.begin) + 2.0
             longest = dc.chopper.resistance * dc.capacitance / gain
             if h > longest:
-                found.append(
+                problems.append(
                     f"dc_link.chopper.resistance {dc.chopper.resistance:g} Ohm acts on {dc.capacitance:g} F faster "
                     f"than sub-steps of {h:.3g} s can follow; at least {h * gain / dc.capacitance:.3g} Ohm, or "
                     f"control.substep of at most {longest:.2g} s"
                 )
-        return found
+        return problems
 
     def unfit(self, torque: float, speed: float) -> str:
         """Reason why the system does not match a turbine; empty if it does, or if ``forced``.
 
         Args:
-          torque: [N m] rated, on the generator's shaft.
-          speed: [rad/s] of the generator at rated operation.
+          torque: [N m] rated torque on the generator shaft.
+          speed: [rad/s] generator speed at rated operation.
         """
         m = self.machine
         most = 1.5 * m.pole_pairs * m.flux * self.machine_converter.current
@@ -356,13 +361,13 @@ class ElectricalSystem(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if not self.forced and (found := self.problems()):
-            raise ValueError("; ".join(found) + FORCE)
+        if not self.forced and (problems := self.problems()):
+            raise ValueError("; ".join(problems) + FORCE)
         return self
 
 
 def nominal_frequency(system: ElectricalSystem | None) -> float:
-    """[Hz] of the grid."""
+    """Nominal frequency [Hz] of the grid."""
     return NOMINAL_FREQUENCY if system is None else system.frequency
 
 
@@ -383,18 +388,18 @@ def size_electrical(
     """Size an electrical system with typical per-unit values, based on rated power, speed and voltage.
 
     Args:
-      rated_power: [W] on the generator's shaft.
-      rated_speed: [rad/s] of the generator's shaft.
+      rated_power: [W] power on the generator shaft.
+      rated_speed: [rad/s] speed of the generator shaft.
       voltage: [V] line to line, rms, of machine and grid; by default 690 V up to 6 MW, then 3300 V, and 6600 V from
         14 MW on.
-      frequency: [Hz] of the grid.
-      pole_pairs: by default those that bring the stator's frequency close to 10 Hz in a direct drive, 50 Hz in a fast
-        generator.
-      resistance: of the stator, per unit.
-      inductance: of the stator, per unit.
+      frequency: [Hz] grid frequency.
+      pole_pairs: number of pole pairs; by default for a stator frequency close to 10 Hz in a direct drive, 50 Hz in a
+        fast generator.
+      resistance: stator resistance, per unit.
+      inductance: stator inductance, per unit.
 
     Raises:
-      InputError: a value is not positive, or what they make cannot work.
+      InputError: a value is not positive, or the resulting system is not feasible.
     """
     given: dict[str, Any] = {"rated_power": rated_power, "rated_speed": rated_speed, "frequency": frequency}
     given |= {"resistance": resistance, "inductance": inductance} | ({} if voltage is None else {"voltage": voltage})
@@ -426,9 +431,9 @@ def size_electrical(
     try:
         return complete(machine, voltage, frequency)
     except InputError as error:
-        told = ", ".join(f"{name} {value:g}" for name, value in given.items())
+        arguments = ", ".join(f"{name} {value:g}" for name, value in given.items())
         words = "; ".join(line.partition(": ")[2] for line in str(error).splitlines()).removesuffix(FORCE)
-        raise InputError(f"size_electrical: {told} define an inconsistent system: {words}") from None
+        raise InputError(f"size_electrical: {arguments} define an inconsistent system: {words}") from None
 
 
 def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float = 50.0) -> ElectricalSystem:
@@ -439,8 +444,8 @@ def complete(machine: PermanentMagnetMachine, voltage: float, frequency: float =
     transformer have 0.3 and 0.004 per unit.
 
     Args:
-      voltage: [V] of the grid, line to line, rms.
-      frequency: [Hz] of the grid.
+      voltage: [V] grid voltage, line to line, rms.
+      frequency: [Hz] grid frequency.
     """
     P, peak = machine.rated_power, voltage / LINE
     current = P / (1.5 * peak)

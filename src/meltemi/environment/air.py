@@ -28,8 +28,8 @@ def vapour_pressure(temperature: ArrayLike, humidity: ArrayLike) -> Float:
     """Partial pressure of water vapour [Pa] (eq. 3: Tetens, over water at all temperatures).
 
     Args:
-      temperature: [K].
-      humidity: relative, 0 to 1.
+      temperature: [K] air temperature.
+      humidity: relative humidity, 0 to 1.
     """
     t = np.asarray(temperature, float) - CELSIUS
     return np.asarray(100.0 * np.asarray(humidity, float) * 6.1078 * 10.0 ** (7.5 * t / (t + 237.3)))
@@ -79,9 +79,9 @@ def _numbers(**given: ArrayLike) -> list[Float]:
     """Arguments as arrays that can be broadcast.
 
     Raises:
-      InputError: one is empty or holds something else than numbers, or their shapes do not go together.
+      InputError: an argument is empty or not numeric, or the shapes do not match.
     """
-    found = []
+    arrays = []
     for name, value in given.items():
         try:
             array = np.asarray(value, float)
@@ -89,13 +89,13 @@ def _numbers(**given: ArrayLike) -> list[Float]:
             raise InputError(f"{name}: expected a number or an array of numbers, found {value!r}") from None
         if array.size == 0:
             raise InputError(f"{name}: at least one number is needed")
-        found.append(array)
+        arrays.append(array)
     try:
-        np.broadcast_shapes(*(array.shape for array in found))
+        np.broadcast_shapes(*(array.shape for array in arrays))
     except ValueError:
-        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, found, strict=True))
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in zip(given, arrays, strict=True))
         raise InputError(f"shapes do not go together: {shapes}") from None
-    return found
+    return arrays
 
 
 def air_density(
@@ -108,11 +108,11 @@ def air_density(
     """Density of moist air [kg/m^3] (eqs 2 to 4); arguments are broadcast.
 
     Args:
-      temperature: [degC].
-      humidity: relative, 0 to 1.
-      altitude: [m] above sea level.
-      pressure: [Pa] measured at the site; without it that of the altitude.
-      sea_level_pressure: [Pa] for that.
+      temperature: [degC] air temperature.
+      humidity: relative humidity, 0 to 1.
+      altitude: [m] altitude above sea level.
+      pressure: [Pa] pressure measured at the site; by default that of the altitude.
+      sea_level_pressure: [Pa] pressure at sea level, for the altitude.
 
     Raises:
       InputError: a value outside the range of atmospheric air, or not finite.

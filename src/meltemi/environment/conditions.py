@@ -1,4 +1,4 @@
-"""Air and grid at an instant of a run; ``environment.course`` has their course in time."""
+"""Air and grid at an instant of a run; ``environment.course`` has their time series."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Float = NDArray[float64]
 
 
 class Conditions(Table):
-    """Conditions: columns of their time series, and of the present values."""
+    """Columns of the time series of conditions, and of the present values."""
 
     time: float = number("s", "time, non-decreasing")
     air_density: float = number("kg/m^3", "air density")
@@ -33,13 +33,13 @@ def conditions_now(t: float, conditions: Float, density: float, now: Conditions)
     Args:
       conditions: (rows of ``Conditions``, n), the first of them the time.
       density: [kg/m^3] that holds while conditions are constant (n = 1), where it is a parameter of the model.
-      now: gets the conditions at time ``t``.
+      now: output, the conditions at time ``t``.
     """
     times, n = conditions[0], conditions.shape[1]
     i, j = 0, n - 1
     if t >= times[j]:
         i = j
-    elif t < times[0]:  # not at it: where it stands twice, the value after the jump holds
+    elif t < times[0]:  # strictly later: at a repeated time, the value after the jump holds
         j = 0
     while j - i > 1:
         k = (i + j) // 2

@@ -1,4 +1,4 @@
-"""Course of air and grid over a run, as the array that ``conditions_now`` reads."""
+"""Time series of air and grid over a run, as the array that ``conditions_now`` reads."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def conditions_array(
     A given density is taken as that of dry air of 15 degC, at the corresponding pressure.
 
     Args:
-      rated_power: [W] the power reference of a grid that asks for nothing.
-      frequency: [Hz] nominal, of a grid that says nothing else.
+      rated_power: [W] default power reference of the grid.
+      frequency: [Hz] default frequency of the grid.
 
     Raises:
       InputError: a power reference above the rated power.

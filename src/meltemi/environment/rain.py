@@ -62,7 +62,7 @@ class Rain(Particular):
     """Keys of the power loss formula only."""
 
     rate: float | None = Field(default=None, ge=0.0, le=2500.0)
-    """[mm/h]."""
+    """[mm/h] rain rate."""
     kind: str | None = None
     """Class instead of a rate: `light` 2.5, `moderate` 8, `heavy` 16, `rainstorm` 32, `heavy_rainstorm_weak` 64,
     `heavy_rainstorm_moderate` 100, `heavy_rainstorm_strong` 200, `heavy_rainstorm_extreme` 709.2 mm/h."""
@@ -81,7 +81,7 @@ class Rain(Particular):
     half_thickness: float = Field(default=2.0, ge=0.0, le=100.0)
     """[m] of the flat ellipsoid that represents the rotor."""
     water_density: float = Field(default=drops.WATER, gt=0.0, le=2000.0)
-    """[kg/m^3]."""
+    """[kg/m^3] density of water."""
 
     @field_validator("kind")
     @classmethod
@@ -103,13 +103,13 @@ class Rain(Particular):
 
     @property
     def intensity(self) -> float:
-        """[m/s] rain rate."""
+        """Rain rate [m/s]."""
         rate = self.rate if self.kind is None else RAIN_CLASSES[self.kind]
         return (rate or 0.0) * drops.MM_PER_HOUR
 
     @property
     def falling(self) -> float:
-        """[m/s] fall speed of the drops."""
+        """Fall speed [m/s] of the drops."""
         if self.fall_speed is not None:
             return self.fall_speed
         return float(drops.terminal_speed(self.diameter * 1e-3 if self.mode == "seed" else self._mean_diameter))
@@ -147,7 +147,7 @@ def rain_power_loss(rain: RainParameters, wind_speed: float) -> float:
     """Power loss [W] of a rotor due to rain (second term of eq. 14).
 
     Pressure times wetted area (eq. 12) times wind speed; the speed in the area's denominator cancels, so it is finite
-    in a calm. It can exceed the power of the air: what is left is to be kept from becoming negative.
+    in a calm. It can exceed the aerodynamic power: the caller has to limit the remaining power to zero.
     """
     radius, half = rain.radius, rain.half_thickness
     speed = rain.drop_speed if rain.drop_speed > 0.0 else wind_speed
@@ -161,12 +161,12 @@ def wetness(
     """Wetted area [m^2] of a flat ellipsoid: volume of rain swept per distance travelled (eq. 12).
 
     Args:
-      speed: [m/s] of the ellipsoid along its axis; positive.
-      radius: [m].
-      half_thickness: [m] along the axis.
-      tail: [m/s] of drops in the direction of travel.
-      cross: [m/s] across it.
-      fall: [m/s].
+      speed: [m/s] speed of the ellipsoid along its axis; positive.
+      radius: [m] radius.
+      half_thickness: [m] half thickness along the axis.
+      tail: [m/s] drop velocity in the direction of travel.
+      cross: [m/s] drop velocity across it.
+      fall: [m/s] fall speed.
 
     Raises:
       InputError: a speed or the radius is not positive, or the thickness negative.

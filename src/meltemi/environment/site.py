@@ -41,5 +41,5 @@ class Environment(Particular):
 
     @property
     def density(self) -> float:
-        """[kg/m^3] at the start of a run."""
+        """Air density [kg/m^3] at the start of a run."""
         return self.air_density if self.air is None else float(self.air.at([0.0])[-1][0])

@@ -1,3 +1,3 @@
-"""Turbines of other programs in and out: OpenFAST, HAWC2, windIO; controllers out, as libraries."""
+"""Import and export of turbine models (OpenFAST, HAWC2, windIO); export of controllers as libraries."""
 
 KERNELS = ()

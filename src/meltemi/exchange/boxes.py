@@ -1,4 +1,4 @@
-"""Turbulence boxes of HAWC2 that imported models name, as the wind of a case."""
+"""HAWC2 turbulence boxes referenced by imported models, as the wind of a case."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def box_case(
     """The ``wind`` of a case file for a box, with the absolute path.
 
     Args:
-      files: of u, v and w.
-      points, steps: numbers and distances [m] of planes, columns and rows.
-      speed: [m/s] at ``height`` [m], that of the middle of the box.
-      front: end that meets the turbine first.
-      profile: of the mean wind; ``value`` is the roughness [m] or the exponent.
+      files: box files of u, v and w.
+      points, steps: numbers and spacings [m] of planes, columns and rows.
+      speed: mean wind speed [m/s] at ``height`` [m], the height of the centre of the box.
+      front: end of the box that reaches the turbine first.
+      profile: profile of the mean wind; ``value`` is its roughness length [m] or its exponent.
 
     Raises:
-      InputError: the names of the files differ in more than their letter.
+      InputError: the names of the files differ in more than the letter of the component.
     """
     if list(files) != box_names(files[0], "read")[0]:
         names = ", ".join(file.name for file in files)

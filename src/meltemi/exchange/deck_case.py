@@ -27,12 +27,11 @@ def deck_case(
     """Wind, sea, duration, channels, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
 
     Args:
-      deck: from :func:`read_deck` or :func:`import_hawc2`.
-      turbine: what the case names: the main file of the deck, or a turbine file written from it.
-      started: begin at the rotor speed, pitch and azimuth of the deck, as its program does, instead of in steady
-        operation.
-      controller: its keys in the case; a library has the settings and the time step that the deck gives to its own,
-        if they are not given. The baseline controller by default, see :func:`deck_controller`.
+      deck: imported model from :func:`read_deck` or :func:`import_hawc2`.
+      turbine: turbine file of the case: the main file of the deck, or a turbine file written from it.
+      started: begin at the rotor speed, pitch and azimuth of the deck instead of in steady operation.
+      controller: controller keys of the case; a library takes settings and time step from the deck where they are not
+        given. The baseline controller by default, see :func:`deck_controller`.
 
     Raises:
       InputError: the run of the deck is not supported.
@@ -48,7 +47,7 @@ def deck_case(
     if deck.output:
         data |= deck.output | {"channels": tuple(dict.fromkeys((*DEFAULT, *deck.output["channels"])))}
     if controller is not None:
-        data["controller"] = _of_deck(deck) | dict(controller) if controller["kind"] == "bladed" else controller
+        data["controller"] = _library_keys(deck) | dict(controller) if controller["kind"] == "bladed" else controller
     if deck.sea is not None:
         data["sea"] = deck.sea
     if started:
@@ -62,9 +61,9 @@ def deck_controller(deck: ImportedModel) -> tuple[dict[str, Any], str]:
     return dict(controller_keys(name)), note
 
 
-def _of_deck(deck: ImportedModel) -> dict[str, Any]:
-    """Keys of a library of the deck: what it gives to its own."""
+def _library_keys(deck: ImportedModel) -> dict[str, Any]:
+    """Case keys of a controller library with the settings that the deck gives to its library."""
     library = getattr(deck, "library", {})
-    own = {"input": library.get("input") or deck.turbine.control.discon, "sample_time": library.get("step")}
-    own |= {name: library[name] for name in ("procedure", "individual_pitch") if name in library}
-    return {name: value for name, value in own.items() if value is not None}
+    keys = {"input": library.get("input") or deck.turbine.control.discon, "sample_time": library.get("step")}
+    keys |= {name: library[name] for name in ("procedure", "individual_pitch") if name in library}
+    return {name: value for name, value in keys.items() if value is not None}

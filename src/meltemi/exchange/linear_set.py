@@ -1,4 +1,4 @@
-"""Linear models over wind speed as one set, with names, units and operating points, as MATLAB and netCDF files."""
+"""Sets of linear models over wind speed with names, units and operating points, as MATLAB and netCDF files."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def linear_set(
     """Linear models in the fixed frame at the operating points of steady wind speeds, for :func:`write_linear_set`.
 
     Args:
-      model: of the turbine.
+      model: turbine model.
       wind_speeds: [m/s] in ascending order.
       inputs: as for ``linearise``.
-      outputs: channels.
+      outputs: names of channels.
       progress: callback with the completed fraction.
 
     Raises:
@@ -46,17 +46,17 @@ def linear_set(
     """
     if not len(wind_speeds) or np.any(np.diff(wind_speeds) <= 0.0):
         raise InputError(f"linear_set: expected wind speeds in ascending order, found {list(wind_speeds)}")
-    found = []
+    models = []
     for i, speed in enumerate(wind_speeds):
-        found.append(linearise(model, operating_point(model, float(speed)), inputs, outputs))
+        models.append(linearise(model, operating_point(model, float(speed)), inputs, outputs))
         if progress is not None:
             progress((i + 1) / len(wind_speeds))
-    return found
+    return models
 
 
 @dataclass(frozen=True)
 class _Stacked:
-    """Arrays of a set by name, operating points first, and what is common to its models."""
+    """Arrays of a set by name, operating points in the first dimension, and the names common to its models."""
 
     arrays: dict[str, Float]
     names: dict[str, tuple[str, ...]]
@@ -85,9 +85,9 @@ def write_linear_set(models: Sequence[LinearModel], path: str | Path, *, turbine
     ``y0``.
 
     Args:
-      models: with the same names, such as those of :func:`linear_set`.
-      path: of the file.
-      turbine: name for its description.
+      models: models with the same names, such as those of :func:`linear_set`.
+      path: output file.
+      turbine: turbine name for the description in the file.
 
     Returns:
       The path.
@@ -98,44 +98,44 @@ def write_linear_set(models: Sequence[LinearModel], path: str | Path, *, turbine
     path = Path(path)
     if not models:
         raise InputError("write_linear_set: there are no models")
-    found = _stacked(models)
+    stacked = _stacked(models)
     frame = "fixed frame" if models[0].azimuth is None else f"blade 1 at {models[0].azimuth:g} rad"
     about = f"linear models of {turbine or 'a turbine'} for deviations from steady operation, {frame}, SI units"
     with replacing(path) as (partial,):
         if path.suffix == ".mat":
-            _write_mat(found, partial, about)
+            _write_mat(stacked, partial, about)
         elif path.suffix == ".nc":
-            _write_netcdf(found, partial, about)
+            _write_netcdf(stacked, partial, about)
         else:
             raise InputError(f"{path}: expected the ending .mat or .nc")
     return path
 
 
-def _write_mat(found: _Stacked, path: Path, about: str) -> None:
+def _write_mat(stacked: _Stacked, path: Path, about: str) -> None:
     from scipy.io import savemat
 
-    content: dict[str, Any] = {name: np.moveaxis(array, 0, -1) for name, array in found.arrays.items()}
-    for kind, names in found.names.items():
+    content: dict[str, Any] = {name: np.moveaxis(array, 0, -1) for name, array in stacked.arrays.items()}
+    for kind, names in stacked.names.items():
         content[f"{kind}s"] = np.array(names, dtype=object).reshape(-1, 1)
-        content[f"{kind}_units"] = np.array(found.units[kind], dtype=object).reshape(-1, 1)
+        content[f"{kind}_units"] = np.array(stacked.units[kind], dtype=object).reshape(-1, 1)
     content |= {"schedule": np.array(list(SCHEDULE), dtype=object).reshape(-1, 1), "description": about}
     content |= {"meltemi": meltemi.__version__}
     savemat(path, content, appendmat=False, do_compression=True, oned_as="column")
 
 
-def _write_netcdf(found: _Stacked, path: Path, about: str) -> None:
+def _write_netcdf(stacked: _Stacked, path: Path, about: str) -> None:
     variables: dict[str, Variable] = {}
     for name, (row, column) in MATRICES.items():
         # two dimensions of a matrix must have different names: columns of A are states, too
         dimensions = ("wind_speed", row, f"{column}_column" if column == row else column)
-        variables[name] = dimensions, found.arrays[name], {}
+        variables[name] = dimensions, stacked.arrays[name], {}
     for name, kind in VALUES.items():
-        variables[name] = ("wind_speed", kind), found.arrays[name], {}
+        variables[name] = ("wind_speed", kind), stacked.arrays[name], {}
     for name, unit in SCHEDULE.items():
-        variables[name] = ("wind_speed",), found.arrays[name], {"units": unit}
-    for kind, names in found.names.items():
+        variables[name] = ("wind_speed",), stacked.arrays[name], {"units": unit}
+    for kind, names in stacked.names.items():
         variables[kind] = (kind,), np.array(names, object), {}
-        variables[f"{kind}_units"] = (kind,), np.array(found.units[kind], object), {}
-    variables["state_column"] = ("state_column",), np.array(found.names["state"], object), {}
-    labels = " ".join(f"{kind}_units" for kind in found.names)
+        variables[f"{kind}_units"] = (kind,), np.array(stacked.units[kind], object), {}
+    variables["state_column"] = ("state_column",), np.array(stacked.names["state"], object), {}
+    labels = " ".join(f"{kind}_units" for kind in stacked.names)
     to_netcdf(variables, {"description": about, "meltemi": meltemi.__version__, "coordinates": labels}, path)

@@ -1,4 +1,4 @@
-"""Equivalent springs of a monopile at its top."""
+"""Equivalent springs at the top of a monopile."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ def pile_foundation(
 ) -> Foundation:
     """Equivalent springs and mass at the top of an upright pile that is clamped at its foot.
 
-    The flexibility at the top is the integral along the pile of the sections' flexibilities, each seen through the
-    lever z_top - z (a cantilever under end loads; shear-flexible beam). The mass that moves with the top is
-    that of the static deflection under a horizontal force (Rayleigh).
+    The flexibility at the top is the integral of the sectional flexibilities along the pile with the lever
+    z_top - z (a cantilever under end loads; shear-flexible beam). The mass that moves with the top follows from the
+    static deflection under a horizontal force (Rayleigh).
 
     Args:
       position: (S,) [m] heights from foot to top, increasing; properties are linear in between.
       bending: (S,) [N m^2] stiffness about any horizontal axis.
-      shear: (S,) [N].
-      axial: (S,) [N].
-      torsion: (S,) [N m^2].
-      mass: (S,) [kg/m].
-      source: where the numbers come from.
+      shear: (S,) [N] shear stiffness.
+      axial: (S,) [N] axial stiffness.
+      torsion: (S,) [N m^2] torsional stiffness.
+      mass: (S,) [kg/m] mass per length.
+      source: origin of the data.
     """
     x, w = np.polynomial.legendre.leggauss(4)
     half = 0.5 * np.diff(position)

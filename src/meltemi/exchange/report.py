@@ -22,11 +22,11 @@ class ImportNote:
     """Note on the treatment of one item of an imported file.
 
     Attributes:
-      kind: a warning; used as it is; approximated; ignored, although it asks for something; equivalent, since the model
-        is like that anyway; or not needed by any model.
+      kind: a warning; used unchanged; approximated; ignored, although it has an effect in the other program; equivalent
+        to the behaviour of the model; or not needed.
       where: file and line, or key path.
-      what: name and value.
-      why: where it went, or the reason.
+      what: name and value of the item.
+      why: key path that it sets, or the reason.
     """
 
     kind: Kind
@@ -47,7 +47,7 @@ class ImportedTurbine(Brief):
         return [note for note in self.notes if note.kind == kind]
 
     def brief(self, source: Path) -> list[str]:
-        """Warnings, names of what is ignored, and where the report is, a line each, for a terminal."""
+        """Warnings, names of ignored items and the place of the report as lines for a terminal."""
         lists = "OutList: "
         ignored = [note.what for note in self.noted("ignored")]
         names = [what for what in ignored if not what.startswith(lists)]
@@ -71,17 +71,17 @@ class ImportedTurbine(Brief):
 
 @dataclass(frozen=True, repr=False)
 class ImportedModel(ImportedTurbine):
-    """An imported model: a turbine with the options and the case of the program that it is of.
+    """Imported model: a turbine with the model options and the case of its program.
 
     Attributes:
-      options: what to give to ``ModelOptions`` to have the degrees of freedom and aerodynamic models of the model.
+      options: arguments of ``ModelOptions`` for the degrees of freedom and aerodynamic models of the model.
       environment: gravity and air density, for ``Environment``.
-      wind: as in a case file, paths absolute; None if the model's wind is not one that a case file can name.
-      sea: as in a case file; None without water.
-      duration: [s].
-      output_step: [s].
+      wind: wind as in a case file, with absolute paths; None if a case file cannot represent it.
+      sea: sea as in a case file; None for an onshore turbine.
+      duration: [s] simulated time.
+      output_step: [s] output step.
       start: rotor speed [rad/s], pitch [rad] and azimuth [rad] of blade 1 with which that program would begin.
-      output: keys of a case with the channels that the model records beside the usual ones, and their stations [m].
+      output: case keys of the channels that the model records beside the usual ones, and their stations [m].
     """
 
     options: dict[str, Any] = field(default_factory=dict)

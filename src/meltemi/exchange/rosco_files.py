@@ -33,10 +33,10 @@ def write_rosco_table(
     """Write C_p, C_t, C_q over pitch [deg] and tip-speed ratio as ROSCO reads them (``PerfFileName``).
 
     Args:
-      performance: from ``rotor_performance`` or ``performance_of``; without gaps.
-      path: of the text file.
-      name: of the turbine, for the first line, in lower case.
-      wind_speed: [m/s] for which the table is marked; ROSCO does not use it.
+      performance: complete tables from ``rotor_performance`` or ``performance_of``.
+      path: output file.
+      name: name of the turbine, for the first line, in lower case.
+      wind_speed: [m/s] wind speed stated in the table; ROSCO does not use it.
 
     Raises:
       InputError: a coefficient is missing, or the file cannot be written.
@@ -45,7 +45,7 @@ def write_rosco_table(
     for what, table in tables.items():
         if not np.all(np.isfinite(table)):
             raise InputError(f"{path}: the {what.lower()} coefficient is not known for all angles and ratios")
-    title = (name or "a turbine").lower()  # so that it has none of the words of the toolbox
+    title = (name or "a turbine").lower()  # so that it contains none of the words that the toolbox searches
     lines = [f"# Rotor performance tables of {title}", "# written by meltemi", ""]
     lines += ["# Pitch angle vector (matrix columns), deg", _row(np.degrees(performance.pitch))]
     lines += ["# TSR: tip-speed ratio vector (matrix rows)", _row(performance.tip_speed_ratio)]
@@ -58,10 +58,10 @@ def write_rosco_table(
 
 
 def read_rosco_table(path: str | Path) -> RotorPerformance:
-    """Read such a table: numbers between comments, in this order.
+    """Read a table of ROSCO: pitch angles, tip-speed ratios, C_p, C_t and C_q between comments.
 
     Raises:
-      InputError: the file cannot be read, or is no such table.
+      InputError: the file cannot be read, or is no table of ROSCO.
     """
     path = Path(path)
     lines = [line for line in text_of(path).splitlines() if line.strip() and not line.lstrip().startswith("#")]
@@ -79,12 +79,12 @@ def read_rosco_table(path: str | Path) -> RotorPerformance:
 def rosco_settings(turbine: AnyTurbine, tuning: BaselineTuning | None = None) -> dict[str, Any]:
     """Settings of ROSCO for a turbine by their names in DISCON.IN: gains, speeds, limits, inertia.
 
-    The pitch gains are those of the baseline controller tuned by the sensitivity of power to pitch at the turbine's own
-    operating points (``tune_baseline``), in the sign of ROSCO, which subtracts the measured speed.
+    The pitch gains are those of the baseline controller tuned by the sensitivity of power to pitch at the operating
+    points of the turbine (``tune_baseline``), in the sign convention of ROSCO, which subtracts the measured speed.
 
     Args:
-      turbine: of either kind.
-      tuning: from ``tune_baseline``, which is called without it.
+      turbine: turbine of either kind.
+      tuning: result of ``tune_baseline``, which is called by default.
     """
     tuned = tuning or tune_baseline(turbine, margins=False)
     pitch, torque = tuned.control.pitch, tuned.control.torque
@@ -125,10 +125,10 @@ def export_rosco(
     """Write the table of a turbine's coefficients and, from an existing DISCON.IN, one with its settings.
 
     Args:
-      turbine: of either kind.
-      folder: that exists.
+      turbine: turbine of either kind.
+      folder: existing folder.
       discon: a DISCON.IN of the version of ROSCO in use, which gives filters, modes and all other settings.
-      tuning: from ``tune_baseline``, which is called without it.
+      tuning: result of ``tune_baseline``, which is called by default.
 
     Returns:
       The files.

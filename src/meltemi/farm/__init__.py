@@ -1,4 +1,4 @@
-"""Farms: turbines in each other's wakes, one wind, a table and a view of what the wakes cost."""
+"""Wind farms: turbines in each other's wakes, with tables, figures and views of the wake losses."""
 
 KERNELS = ("field.py", "march.py", "curled.py", "averages.py", "rotor.py")
 

@@ -1,7 +1,7 @@
 """Averages over planes: the velocity with which wakes drift and meander, ambient wind and turbulence at a rotor.
 
-Points below the lowest row of a field do not count: the wind falls to zero there. The bound is not sharp, so that a
-small change of a height does not make a whole point count or not.
+Points below the lowest row of a field have no weight: the wind falls to zero there. The weight changes gradually, so
+that results are continuous in the height.
 
 Reference: docs/theory/wakes.md (K-4, K-9, K-11).
 """
@@ -32,17 +32,17 @@ AMBIENT, DISTURBED, ALONG = 0.0, 1.0, 2.0
 
 
 @kernel
-def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius: float, slack: float) -> None:
-    """Choose the planes that a disk of an observer has to look at (K-11).
+def select_planes(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius: float, slack: float) -> None:
+    """Select the planes of wakes that may reach the disk of an observer (K-11).
 
     Args:
       count: number of planes of each wake.
-      near: 1 for each wake that is looked at, 0 for others.
-      centre, normal, radius: of the disk, axes of the farm.
-      slack: [m] by which the disk and the planes move until the next choice.
+      near: 1 for each wake that is considered, 0 for others.
+      centre, normal, radius: geometry of the disk, axes of the farm.
+      slack: [m] by which the disk and the planes move until the next selection.
     """
     planes, reach, far = m.planes, m.wakes.reach, radius + slack
-    for k in range(m.seen.wakes):
+    for k in range(m.visible.wakes):
         first, last, meets = 0, 0, False
         ahead = dot(planes.normal[k, 0], centre - planes.centre[k, 0])
         for i in range(count[k] - 1 if near[k] > 0 else 0):
@@ -59,13 +59,13 @@ def look(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius
                 aside = centre - planes.centre[k, i]
                 aside = aside - downstream * tilted
                 meets = meets or sqrt(dot(aside, aside)) < radius + reach + slack
-        m.seen.first[k] = first
-        m.seen.last[k] = last if meets else first
+        m.visible.first[k] = first
+        m.visible.last[k] = last if meets else first
 
 
 @kernel
-def above(z: float, reach: float, m: WakeField) -> float:
-    """Share with which a point at a height [m] counts in an average that reaches as far [m] from its centre."""
+def share_above(z: float, reach: float, m: WakeField) -> float:
+    """Weight, from 0 to 1, of a point at a height [m] in an average over a disk of radius ``reach`` [m]."""
     least = min(z - m.wind.box_z, m.wakes.ceiling - z)
     return min(max(least / (BLEND * reach) + 0.5, 0.0), 1.0)
 
@@ -74,22 +74,22 @@ def above(z: float, reach: float, m: WakeField) -> float:
 def mean_wind(
     m: PlaneField, t: float, centre: Vec, normal: Vec, turned: float, points: Float, reach: float, disturbed: float
 ) -> tuple[Vec, float, float]:
-    """Weighted means over a disk of velocity [m/s] and its square, with the wakes that the observer sees, or ambient.
+    """Weighted means over a disk of velocity [m/s] and its square, ambient or with the wakes selected for the observer.
 
-    The third value is 1 over the sum of the weights that count.
+    The third value is 1 over the sum of the weights.
 
     Args:
-      turned: [rad] angle by which the points are turned.
-      points: (3, n) sideways, upwards [m] and weight; they reach as far [m] from the centre.
+      turned: [rad] angle by which the points are rotated.
+      points: (3, n) sideways, upwards [m] and weight, within the radius ``reach`` [m].
       disturbed: :data:`AMBIENT`, :data:`DISTURBED` or :data:`ALONG`.
     """
     level = sideways(normal)
     up = cos(turned) * cross(normal, level) - sin(turned) * level
     side = cross(up, normal)
-    found, square, weights = Vec(0.0, 0.0, 0.0), 0.0, 0.0
+    velocity, square, weights = Vec(0.0, 0.0, 0.0), 0.0, 0.0
     for j in range(points.shape[1]):
         q = centre + (points[0, j] * side + points[1, j] * up)
-        weight = points[2, j] * above(q.z, reach, m)
+        weight = points[2, j] * share_above(q.z, reach, m)
         if anywhere(weight != 0.0):
             q = Vec(q.x, q.y, max(q.z, m.wind.box_z))
             u = ambient_velocity(q, t, m)
@@ -97,11 +97,11 @@ def mean_wind(
                 u += wakes_velocity(q, t, m)
             if disturbed == ALONG:
                 u += dot(wakes_velocity(q, t, m), u) / max(dot(u, u), 1e-6) * u
-            found += total(weight * u)
+            velocity += total(weight * u)
             square += total(weight * dot(u, u))
             weights += total(weight)
     share = 1.0 / weights if weights != 0.0 else 0.0
-    return share * found, share * square, share
+    return share * velocity, share * square, share
 
 
 @kernel
@@ -115,41 +115,44 @@ def rotor_wind(m: PlaneField, t: float, centre: Vec, normal: Vec) -> tuple[float
 
 @kernel
 def rotor_mean(m: PlaneField, t: float, count: Ints, near: Ints, centre: Vec, normal: Vec) -> tuple[Vec, Vec]:
-    """Mean wind [m/s] over a rotor with the wakes of the others, and without."""
+    """Mean wind [m/s] over a rotor with the wakes of the other turbines, and ambient."""
     series_now(t, m)
     reach = reach_of(m.span)
-    look(m, count, near, centre, normal, reach, BESIDE)
-    seen = mean_wind(m, t, centre, normal, 0.0, m.span, reach, DISTURBED)[0]
-    return seen, mean_wind(m, t, centre, normal, 0.0, m.span, reach, AMBIENT)[0]
+    select_planes(m, count, near, centre, normal, reach, BESIDE)
+    disturbed = mean_wind(m, t, centre, normal, 0.0, m.span, reach, DISTURBED)[0]
+    return disturbed, mean_wind(m, t, centre, normal, 0.0, m.span, reach, AMBIENT)[0]
 
 
 @kernel
-def drift(m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: float, own: Float, turn: Float) -> None:
+def drift(
+    m: PlaneField, k: int, count: Ints, near: Ints, t: float, disturbed: float, factors: Float, turn: Float
+) -> None:
     """Velocities of the planes of a wake: a weighted mean of the wind over each, and its deflection (K-9).
 
-    Every other plane has the mean of its neighbours' averages: the planes are closer than averages can tell apart.
+    Every other plane has the mean of its neighbours' averages, as the planes are closer than the averages resolve.
 
     Args:
-      count, near: number of planes of each wake, and whether it is looked at.
-      disturbed: as of :func:`mean_wind`; the wakes include its own one.
-      own: what the points miss of the wake's own axial velocity, factors of its profile (K-9a).
-      turn: lateral drift over the way, the same by radian of yaw error, drift by the mean deficit, rotor radius [m].
+      count, near: number of planes of each wake, and whether it is considered.
+      disturbed: as of :func:`mean_wind`; the wakes include wake ``k`` itself.
+      factors: quadrature error of the points for the axial velocity of wake ``k``, factors of its profile (K-9a).
+      turn: lateral drift per travelled distance, the same per radian of yaw error, drift per mean deficit, rotor
+        radius [m].
     """
     series_now(t, m)
     planes, reach, last = m.planes, reach_of(m.drift), count[k] - 1
     for i in range(last + 1):
         if i % 2 == 0 or i == last:
             normal = planes.normal[k, i]
-            # a point in a plane is between two of them by rounding only: it is taken a little inside the wake
+            # rounding decides between which planes a point in a plane lies: shift it a little into the wake
             centre = planes.centre[k, i] + (BESIDE if i < last else -BESIDE) * normal
             if disturbed > AMBIENT:
-                look(m, count, near, centre, normal, reach, 2.0 * BESIDE)
-            # the points between its last ones: an average that moves with its plane sees twice as many
+                select_planes(m, count, near, centre, normal, reach, 2.0 * BESIDE)
+            # alternating angles: an average that moves with its plane then samples twice as many points
             turned = 0.5 * BETWEEN * (i % 4)
             mean, _, share = mean_wind(m, t, centre, normal, turned, m.drift, reach, disturbed)
             missed = 0.0
-            for j in range(own.shape[0] if disturbed == DISTURBED else 0):
-                missed += own[j] * m.profile[k, i, j, 0]
+            for j in range(factors.shape[0] if disturbed == DISTURBED else 0):
+                missed += factors[j] * m.profile[k, i, j, 0]
             planes.velocity[k, i] = mean + share * missed * normal
     for i in range(1, last, 2):
         planes.velocity[k, i] = 0.5 * (planes.velocity[k, i - 1] + planes.velocity[k, i + 1])
@@ -172,22 +175,22 @@ def reach_of(points: Float) -> float:
 
 @kernel
 def horizontal(m: WakeField, t: float, count: Ints, near: Ints, x: Float, y: Float, z: float, speed: Float) -> None:
-    """Wind speed [m/s] at a height, at all x and y [m] of the farm; ``speed`` (x, y) is filled."""
+    """Fill ``speed`` (x, y) with the wind speed [m/s] at a height, at all x and y [m] of the farm."""
     series_now(t, m)
     for i in range(x.shape[0]):
         for j in range(y.shape[0]):
             q = Vec(x[i], y[j], z)
-            look(m, count, near, q, Vec(1.0, 0.0, 0.0), 1.0, BESIDE)
+            select_planes(m, count, near, q, Vec(1.0, 0.0, 0.0), 1.0, BESIDE)
             u = ambient_velocity(q, t, m) + wakes_velocity(q, t, m)
             speed[i, j] = sqrt(u.x * u.x + u.y * u.y)
 
 
 @kernel
 def deficit(m: WakeField, k: int, i: int, radius: float) -> float:
-    """Mean axial velocity [m/s] of a wake's plane within a radius; negative where the wake is slow."""
+    """Mean axial velocity [m/s] of a plane of a wake within a radius; negative for a deficit."""
     last = min(int(radius / m.wakes.spacing), m.profile.shape[2] - 1)
-    found, area = 0.0, 0.0
+    integral, area = 0.0, 0.0
     for j in range(last + 1):
-        found += j * m.profile[k, i, j, 0]
+        integral += j * m.profile[k, i, j, 0]
         area += j
-    return found / max(area, 1.0)
+    return integral / max(area, 1.0)

@@ -1,4 +1,4 @@
-"""``meltemi farm``: a farm from a file, or a row of turbines, with a table and a figure of what its wakes cost."""
+"""``meltemi farm``: a farm from a file, or a row of turbines, with a table and a figure of the wake losses."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
     from meltemi.farm.layout import FarmCase
-    from meltemi.farm.report import Price
+    from meltemi.farm.report import FarmComparison
     from meltemi.farm.simulation import FarmResult
 
 SPEED, INTENSITY, DURATION, TRANSIENT = 9.0, 0.1, 600.0, 30.0
@@ -78,13 +78,13 @@ def farm(
     alone: Annotated[
         bool | None, "--alone/--no-alone", "Also simulate without wakes, to compare [unless --against]."
     ] = None,
-    seen: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
+    three_dimensional: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
     out: OutOption = Path("out"),
 ) -> None:
-    """Simulate turbines in each other's wakes: power and loads by turbine, and what the wakes cost."""
+    """Simulate turbines in each other's wakes: power and loads by turbine, and the losses due to wakes."""
     given = options.given()
     case, folder = _case_of(target, given)
-    if seen:
+    if three_dimensional:
         case = case.replace(view=True)
     other = None if against is None else _other(against, len(case.positions))
     runs = [(case, folder)]
@@ -112,7 +112,7 @@ def farm(
 
 
 def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
-    """The farm of a file, or a row by options, and the folder of its paths."""
+    """The farm of a file, or a row by options, and the folder to which its paths are relative."""
     from meltemi.core.yamlfile import read_record
     from meltemi.farm.layout import FarmCase
 
@@ -126,10 +126,10 @@ def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
 
 
 def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
-    """The run to compare with: results of a folder, or a farm file, which is simulated.
+    """The reference run: results in a folder, or a farm file, which is simulated.
 
     Raises:
-      InputError: it is neither, or has another number of turbines.
+      InputError: the path is neither, or the numbers of turbines differ.
     """
     from meltemi.core.yamlfile import read_record
     from meltemi.farm.layout import FarmCase
@@ -137,9 +137,9 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
     from meltemi.farm.stored import read_farm
 
     if path.is_dir():
-        found = read_farm(path)
-        check_counts(count, len(found), f"--against {path}")
-        return found
+        stored = read_farm(path)
+        check_counts(count, len(stored), f"--against {path}")
+        return stored
     if not (path.suffix in YAML and path.is_file()):
         raise InputError(f"--against {path}: expected the output folder of meltemi farm, or the file of a farm (.yaml)")
     case = read_record(path, FarmCase)
@@ -148,7 +148,7 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
 
 
 def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: Path) -> list[Path]:
-    """Print and write what wakes cost; returns the files."""
+    """Print and write the effects of the wakes; return the files."""
     from meltemi.farm.report import SHOWN, cost_rows
     from meltemi.farm.stored import write_farm
 
@@ -165,15 +165,15 @@ def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: 
 
 
 def _compare(result: FarmResult, other: FarmResult, name: str, out: Path) -> list[Path]:
-    """Print and write what the run gains over another one, and the loads that it costs; returns the files."""
-    from meltemi.farm.report import differences, plot_price, price, price_rows
+    """Print and write the gain in power over another run and the change in loads; return the files."""
+    from meltemi.farm.report import compare_farms, comparison_rows, differences, plot_comparison
 
-    found: Price = price(result, other)
+    comparison: FarmComparison = compare_farms(result, other)
     label = f"change against {name}"
-    print_table(label, *price_rows(found, values=False), all_rows=price_rows(found))
-    print(f"%: change of mean power and of equivalent loads. {found.words()}")
+    print_table(label, *comparison_rows(comparison, values=False), all_rows=comparison_rows(comparison))
+    print(f"%: change of mean power and of equivalent loads. {comparison.words()}")
     print(f"differs from {name} in: {', '.join(differences(result, other)) or 'nothing'}")
-    return write_results(out / "against", price_rows(found), plot_price(found, label))
+    return write_results(out / "against", comparison_rows(comparison), plot_comparison(comparison, label))
 
 
 def _row_case(target: str, given: dict[str, Any]) -> FarmCase:
@@ -213,20 +213,22 @@ def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, A
     if "--layout" in given:
         if other := sorted(given.keys() & {"--row", "--spacing"}):
             raise InputError(f"give one of {other[0]}, --layout")
-        found = meltemi.io.read_layout(given["--layout"], diameter)
-        warn(found.notes, str(given["--layout"]))
-        return found.positions, found.wakes
+        layout = meltemi.io.read_layout(given["--layout"], diameter)
+        warn(layout.notes, str(given["--layout"]))
+        return layout.positions, layout.wakes
     count, spacing = given.get("--row", 3), given.get("--spacing", 5.0)
     if not 1 <= count <= MOST_TURBINES:
         raise InputError(f"--row {count}: expected 1 to {MOST_TURBINES} turbines")
     if not spacing >= CLOSEST:
         raise InputError(f"--spacing {spacing:g}: expected {CLOSEST:g} rotor diameters or more, behind the near wake")
-    first = 1 - count if "--wind-file" in given else 0  # a field of a file begins behind its origin: stand before it
+    first = (
+        1 - count if "--wind-file" in given else 0
+    )  # a field of a file begins downwind of its origin: place the row upwind of it
     return [(round((first + i) * spacing * diameter, 1), 0.0) for i in range(count)], {}
 
 
 def _simulated(runs: list[tuple[FarmCase, Path]]) -> list[FarmResult]:
-    """Farms one after the other; prints simulated time, that of the farm, over elapsed time."""
+    """Simulate farms one after the other; print the ratio of simulated to elapsed time."""
     from time import perf_counter
 
     from meltemi.farm.simulation import simulate_case
@@ -248,7 +250,7 @@ def _simulated(runs: list[tuple[FarmCase, Path]]) -> list[FarmResult]:
 
 
 def _part(progress: Callable[[float], None], begin: float, share: float) -> Callable[[float], None]:
-    """The progress of a part of the work that is a share of it."""
+    """Progress callback for a part of the work."""
 
     def done(completed: float) -> None:
         progress(begin + share * completed)
@@ -257,7 +259,7 @@ def _part(progress: Callable[[float], None], begin: float, share: float) -> Call
 
 
 def _words(given: dict[str, Any]) -> list[object]:
-    """Options as on a command line."""
+    """Text of options as on a command line."""
     words: list[object] = []
     for name, value in given.items():
         words += [name if value else f"--no-{name[2:]}"] if isinstance(value, bool) else [name, value]
@@ -265,7 +267,7 @@ def _words(given: dict[str, Any]) -> list[object]:
 
 
 def _next(case: FarmCase, target: str, given: dict[str, Any], out: Path) -> tuple[object, ...]:
-    """A row with its first turbine turned; after that, two of its turbines side by side."""
+    """Suggested next command: the row with its first turbine yawed, or two of its turbines side by side."""
     count = len(case.positions)
     if count == 1:
         return ("run", target, "--wind-speed", SPEED, "--turbulence", INTENSITY)

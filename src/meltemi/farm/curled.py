@@ -1,6 +1,6 @@
-"""Curled wakes: planes of points in place of axisymmetric profiles, with a velocity across them.
+"""Curled wakes: planes of points in place of axisymmetric profiles, with cross-flow velocities.
 
-The trailing vortices of a yawed or tilted rotor push its wake aside and curl it, and the wake swirls against the rotor.
+The trailing vortices of a yawed or tilted rotor deflect and curl its wake, which also swirls against the rotor.
 
 Reference: docs/theory/wakes.md (K-19 to K-23); Martinez-Tossas et al. (2019); FAST.Farm of OpenFAST 5.0.
 """
@@ -37,7 +37,7 @@ CARRIED = 0.5
 
 
 class CurledField(WakeField):
-    """Wakes whose planes are squares of points, row by row upwards, each from right to left looking downwind.
+    """Wakes with planes of square point grids, row by row upwards, each from right to left looking downwind.
 
     ``profile`` has shape (wakes, planes, points, 3): velocity [m/s] along the wake, to the left and upwards. ``around``
     has shape (2, points): direction cosines of the points from the centre, to the left and upwards.
@@ -47,11 +47,11 @@ class CurledField(WakeField):
 
 
 class CurledPlanes(PlaneField, CurledField):
-    """The same with points of averages."""
+    """Curled wakes with the points of averages."""
 
 
 class CurledPart(WakePart):
-    """Curled wakes as one turbine sees them."""
+    """Curled wakes in the wind of one turbine."""
 
     system: ClassVar[Any] = CurledField
 
@@ -64,7 +64,7 @@ def side_of(m: CurledField) -> int:
 
 @kernel
 def row(m: CurledField, k: int, i: int, j: int, w: float) -> tuple[float, float, float, float, float, float]:
-    """Profiles at points j and j + 1, by w between planes i and i + 1."""
+    """Profiles at points j and j + 1, interpolated with weight w between planes i and i + 1."""
     a, b, c, d, e, f = neighbours(m.profile, k, i, j)
     u, v, x, y, z, t = neighbours(m.profile, k, i + 1, j)
     return a + w * (u - a), b + w * (v - b), c + w * (x - c), d + w * (y - d), e + w * (z - e), f + w * (t - f)
@@ -73,7 +73,7 @@ def row(m: CurledField, k: int, i: int, j: int, w: float) -> tuple[float, float,
 @between.variant
 @kernel
 def _(q: Vec, late: float, w: float, m: CurledField, k: int, i: int) -> Deficit:
-    """Bilinear in a plane (K-23)."""
+    """Bilinear interpolation in a plane (K-23)."""
     n, aside = across(q, late, w, m, k, i)
     left, side, dr, planes = sideways(n), side_of(m), m.wakes.spacing, m.planes
     up = cross(n, left)
@@ -99,33 +99,35 @@ def _(q: Vec, late: float, w: float, m: CurledField, k: int, i: int) -> Deficit:
 
 
 @kernel
-def mixed(V: Array2, y: Array2, z: Array2, dr: float, outside: float, own: float, least: float, nu: Array2) -> float:
-    """Eddy viscosity [m^2/s] of a plane, filled, but for its edge, and the largest (K-22); y, z: direction cosines."""
+def eddy_viscosity(
+    V: Array2, y: Array2, z: Array2, dr: float, outside: float, shear_viscosity: float, least: float, nu: Array2
+) -> float:
+    """Fill the eddy viscosity [m^2/s] of a plane but its edge; return the largest (K-22); y, z: direction cosines."""
     most = 0.0
     for i in range(1, V.shape[0] - 1):
         for j in range(1, V.shape[1] - 1):
             dy, dz = V[i, j + 1] - V[i, j - 1], V[i + 1, j] - V[i - 1, j]
             slope = (abs(dy * y[i, j] + dz * z[i, j]) + abs(dz * y[i, j] - dy * z[i, j])) / (2.0 * dr)
-            nu[i, j] = outside + own * max(slope, least)
+            nu[i, j] = outside + shear_viscosity * max(slope, least)
             most = max(most, nu[i, j])
     return most
 
 
 @kernel
-def carried(V: Array2, vy: Array2, vz: Array2, nu: Array2, h: float, g: float, new: Array2) -> None:
-    """A step of mixing and of transport, by h over the square of the spacing and g over the spacing (K-21)."""
+def advected(V: Array2, vy: Array2, vz: Array2, nu: Array2, h: float, g: float, new: Array2) -> None:
+    """A step of diffusion (h: step over the squared spacing) and of advection (g: step over the spacing) (K-21)."""
     for i in range(1, V.shape[0] - 1):
         for j in range(1, V.shape[1] - 1):
-            here, left, right, up, down = V[i, j], V[i, j + 1], V[i, j - 1], V[i + 1, j], V[i - 1, j]
-            flux = (nu[i, j] + nu[i, j + 1]) * (left - here) - (nu[i, j] + nu[i, j - 1]) * (here - right)
-            flux += (nu[i, j] + nu[i + 1, j]) * (up - here) - (nu[i, j] + nu[i - 1, j]) * (here - down)
-            new[i, j] = here + h * flux - g * (vy[i, j] * (left - right) + vz[i, j] * (up - down))
+            centre, left, right, up, down = V[i, j], V[i, j + 1], V[i, j - 1], V[i + 1, j], V[i - 1, j]
+            flux = (nu[i, j] + nu[i, j + 1]) * (left - centre) - (nu[i, j] + nu[i, j - 1]) * (centre - right)
+            flux += (nu[i, j] + nu[i + 1, j]) * (up - centre) - (nu[i, j] + nu[i - 1, j]) * (centre - down)
+            new[i, j] = centre + h * flux - g * (vy[i, j] * (left - right) + vz[i, j] * (up - down))
 
 
 @age.variant
 @kernel
 def _(m: CurledField, k: int, i: int, dt: float, way: float, c: Mixing, along: Float, work: Float) -> None:
-    """Explicit steps in time, as many as are stable; nothing leaves or enters at the edge."""
+    """Explicit time steps, as many as stability requires; no flux through the edge."""
     planes, dr, side, n = m.planes, m.wakes.spacing, side_of(m), m.profile.shape[2]
     U, deepest, fastest = max(planes.wind[k, i], LEAST_WIND), 0.0, 0.0
     for j in range(n):
@@ -137,12 +139,12 @@ def _(m: CurledField, k: int, i: int, dt: float, way: float, c: Mixing, along: F
     V, vy, vz, nu, new = square[0], square[1], square[2], square[3], square[4]
     around = m.around.reshape(2, side, side)
     outside = max(c.ambient * along[0, i] * planes.intensity[k, i], 2.0 * LEAST_VISCOSITY) * c.radius * U
-    own, least = c.shear * along[1, i] * c.radius * c.radius, max(U + deepest, 0.0) / c.radius
-    most = mixed(V, around[0], around[1], dr, outside, own, least, nu)
+    shear_viscosity, least = c.shear * along[1, i] * c.radius * c.radius, max(U + deepest, 0.0) / c.radius
+    most = eddy_viscosity(V, around[0], around[1], dr, outside, shear_viscosity, least, nu)
     steps = 1 + int(max(most * dt / (STABLE * dr * dr), fastest * dt / (CARRIED * dr)))
     h, g = 0.5 * dt / steps / (dr * dr), 0.5 * dt / steps / dr
     for _ in range(steps):
-        carried(V, vy, vz, nu, h, g, new)
+        advected(V, vy, vz, nu, h, g, new)
         V, new = new, V
     axial = V.reshape(n)
     for j in range(n):
@@ -158,7 +160,7 @@ def vortex_sheet(radius: float, spacing: float, half: int) -> Any:
     from scipy.interpolate import RectBivariateSpline
     from scipy.special import exp1
 
-    y = spacing * np.arange(-1.5 * half, 1.5 * half + 1.0)  # corners of a plane that is turned
+    y = spacing * np.arange(-1.5 * half, 1.5 * half + 1.0)  # corners of a rotated plane
     place = (0.02 * VORTICES - 1.0) * radius
     strength = 0.02 * place / np.sqrt(radius**2 - place**2)
     psi = np.zeros((len(y), len(y)))
@@ -170,12 +172,12 @@ def vortex_sheet(radius: float, spacing: float, half: int) -> Any:
 
 @dataclass(frozen=True)
 class Curled:
-    """Planes of curled wakes.
+    """Properties of the planes of curled wakes.
 
     Attributes:
       model: set of constants.
       r: [m] equidistant radii.
-      diameter: [m] largest one of the rotors.
+      diameter: [m] largest rotor diameter.
     """
 
     model: WakeSet
@@ -192,7 +194,7 @@ class Curled:
 
     @property
     def reach(self) -> float:
-        """[m] half the side of a plane."""
+        """Half the side length [m] of a plane."""
         return self.half * float(self.r[1])
 
     @property
@@ -202,14 +204,14 @@ class Curled:
 
     @cached_property
     def places(self) -> tuple[Float, Float, Float]:
-        """(points,) [m] to the left, upwards and from the centre."""
+        """(points,) [m] coordinates to the left and upwards, and distance from the centre."""
         line = self.r[1] * np.arange(-self.half, self.half + 1)
         z, y = (each.ravel() for each in np.meshgrid(line, line, indexing="ij"))
         return y, z, np.hypot(y, z)
 
     @property
     def arrays(self) -> dict[str, Any]:
-        """Arrays of :class:`CurledField` besides those of all wakes."""
+        """Arrays of :class:`CurledField` in addition to those of all wakes."""
         y, z, away = self.places
         return {"around": np.array([y, z]) / np.maximum(away, 1e-9)}
 
@@ -236,11 +238,11 @@ class Curled:
             profile[:, 2] += left * beside - up * along
         return profile
 
-    def missed(self, diameter: float, rings: int) -> Float:
-        """Nothing: averages over a plane are sums over points."""
+    def quadrature_error(self, diameter: float, rings: int) -> Float:
+        """Zero: averages over a plane are sums over its points."""
         return np.zeros(0)
 
-    def hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
+    def top_hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
         """Integrals of deficits (planes, points) and of their squares over 2 pi, and the centroids [m] of deficits."""
         y, z, _ = self.places
         area, flux = self.r[1] ** 2 / (2.0 * np.pi), np.maximum(V, 0.0).sum(axis=1)

@@ -33,7 +33,7 @@ Reward = Callable[[Sequence[View], Sequence[float]], Sequence[float]]
 
 
 def mean_power(measured: Sequence[View], rated: Sequence[float]) -> list[float]:
-    """The same for all: power of the farm over its rated power."""
+    """Reward of each agent: power of the farm over its rated power."""
     power = sum(float(each["power"]) for each in measured) / sum(rated)
     return [power] * len(measured)
 
@@ -42,12 +42,12 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
     """Turbines in each other's wakes; agents set yaw, pitch offset or power limit every exchange of wakes.
 
     Args:
-      farm: whose turbines are names or descriptions, since they are built with a yaw drive.
-      wind: of every episode, with the seed of its reset.
-      duration: [s] of an episode.
+      farm: farm whose turbines are names or descriptions, since they are built with a yaw drive.
+      wind: wind of every episode, with the seed given to ``reset``.
+      duration: [s] duration of an episode.
       actions: names of :data:`ACTIONS`.
-      reward: by default :func:`mean_power`.
-      controllers: of the turbines, as of :func:`meltemi.simulate_farm`.
+      reward: reward function, by default :func:`mean_power`.
+      controllers: turbine controllers, as for :func:`meltemi.simulate_farm`.
 
     Raises:
       InputError: an action is unknown.
@@ -77,17 +77,17 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
         self.pool = ThreadPoolExecutor(available_cores())
 
     def observation_space(self, agent: str) -> spaces.Box:
-        """Of :data:`OBSERVED`."""
+        """Observation space of the quantities :data:`OBSERVED`."""
         return spaces.Box(-np.inf, np.inf, (len(OBSERVED),), np.float32)
 
     def action_space(self, agent: str) -> spaces.Box:
-        """Of the actions, within -1 and 1."""
+        """Action space, from -1 to 1 for each action."""
         return spaces.Box(-1.0, 1.0, (len(self.actions),), np.float32)
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, Float], dict[str, dict[str, Any]]]:
-        """Begin an episode in developed wakes; without a seed the wind is the last one with the next seed."""
+        """Begin an episode with developed wakes; without a seed, that of the wind increases by one."""
         self.close()
         self.wind = self.wind.replace(seed=self.wind.seed + 1 if seed is None else seed)
         runs = farm_runs(self.farm, self.wind, self.duration, self.controllers, None)
@@ -96,7 +96,7 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
         return self._observed()[0], {agent: {} for agent in self.agents}
 
     def step(self, actions: dict[str, Float]) -> tuple[dict[str, Any], ...]:
-        """March to the next exchange under actions; returns observations, rewards, terminations, truncations, infos.
+        """Advance to the next exchange under actions; return observations, rewards, terminations, truncations, infos.
 
         Raises:
           InputError: no episode is running, or an agent has no action.
@@ -115,7 +115,7 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
                 point["power"] *= rated
             turbine.demand(SetPoint(**point))
         self.march.exchange()
-        seen, measured = self._observed()
+        observations, measured = self._observed()
         rewards = dict(zip(self.agents, map(float, self.reward(measured, self.rated)), strict=True))
         runs = [turbine.simulation for turbine in self.march.turbines]
         ended, failed = all(run.finished for run in runs), any(run.finished and run.share < 1.0 for run in runs)
@@ -123,17 +123,17 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
         if ended or failed:
             self.agents = []
-        return seen, rewards, *flags, infos
+        return observations, rewards, *flags, infos
 
     def _observed(self) -> tuple[dict[str, Float], list[View]]:
         assert self.march is not None
         measured = [turbine.measurements() for turbine in self.march.turbines]
-        seen = {}
+        observations = {}
         for agent, each, rated in zip(self.agents, measured, self.rated, strict=True):
             scales = (20.0, 0.5, 0.5, rated, 2.0)
             values = [float(each[name]) / scale for name, scale in zip(OBSERVED, scales, strict=True)]
-            seen[agent] = np.array(values, dtype=np.float32)
-        return seen, measured
+            observations[agent] = np.array(values, dtype=np.float32)
+        return observations, measured
 
     def close(self) -> None:
         """Release the turbines."""

@@ -1,8 +1,8 @@
-"""Wakes as functions of position: the wind at a point, ambient plus the deficits of all wakes that reach it.
+"""Wind with wakes as a function of position: ambient wind plus the deficits of all wakes that reach a point.
 
 A wake is a series of planes that drift downstream. Each has a centre, a normal and profiles of velocity and added
-turbulence, axisymmetric here (curled.py has others); between two planes all of them are linear along the wake. There is
-no grid: turbines ask at their nodes, in lanes, and the planes themselves at the points of their averages.
+turbulence, axisymmetric here (curled.py has others), which are interpolated linearly between planes. There is
+no grid: the field is evaluated at the nodes of turbines, in lanes, and at the points of the averages over planes.
 
 Reference: docs/theory/wakes.md (K-10 to K-14).
 """
@@ -42,7 +42,7 @@ LEAST_RADIUS = 1e-3
 
 
 class Wakes(Table, title="wakes"):
-    """What the observer of the wakes is, and how it sees them."""
+    """Parameters of the wakes for an observer."""
 
     origin_x: float = number("m", "of the observer's axes in those of the farm")
     origin_y: float = number("m", "the same")
@@ -72,8 +72,8 @@ class Planes(Table, axes="wake plane"):
     eddies_slope: Numbers = number("s", "the same over slopes of the axial velocity")
 
 
-class Seen(Table, axes="wake", integer=True):
-    """Which planes of each wake an observer has to look at: none where first and last are the same."""
+class VisiblePlanes(Table, axes="wake", integer=True):
+    """Range of planes of each wake that an observer evaluates: empty where first and last are equal."""
 
     wakes: int
     first: Entries[int] = number("-", "first plane")
@@ -81,7 +81,7 @@ class Seen(Table, axes="wake", integer=True):
 
 
 class WakeField(WindField):
-    """The ambient wind and the wakes in it.
+    """Ambient wind with wakes.
 
     ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the wake, negative where it is
     slower than the wind, and factor [-] of the added turbulence. ``eddies`` is (n, n, n + 1, 3), isotropic turbulence
@@ -91,15 +91,15 @@ class WakeField(WindField):
     wakes: Constant[Wakes]
     planes: Constant[Planes]
     profile: Box
-    seen: Constant[Seen]
+    visible: Constant[VisiblePlanes]
     eddies: Box
 
 
 class PlaneField(WakeField):
-    """The same with points of averages, which are read eight at a time: (3, n) sideways, upwards [m] and weight.
+    """Wind with wakes and the points of averages, read eight at a time: (3, n) sideways, upwards [m] and weight.
 
-    ``drift`` is those of a plane of a wake, ``disk`` of the ambient wind at the rotor, ``span`` of the wind over the
-    span of its blades.
+    ``drift`` has the points for a plane of a wake, ``disk`` for the ambient wind at the rotor, ``span`` for the wind
+    over the span of its blades.
     """
 
     drift: Constant[Nodes[Array2]]
@@ -108,7 +108,7 @@ class PlaneField(WakeField):
 
 
 class Deficit(NamedTuple):
-    """Velocity that one wake adds at a point, its part along the wake, the wake's direction, and its turbulence."""
+    """Velocity that one wake adds at a point, its component along the wake, the wake direction, added turbulence."""
 
     velocity: Vec
     axial: float
@@ -132,7 +132,7 @@ def before(q: Vec, late: float, m: WakeField, k: int, i: int) -> float:
 
 @kernel
 def across(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> tuple[Vec, Vec]:
-    """Direction of wake k at a point, by w between planes i and i + 1, and the vector [m] from its centre to there."""
+    """Direction of wake k at a point, interpolated by w between planes i and i + 1; vector [m] from its centre."""
     planes = m.planes
     first = planes.centre[k, i] + late * planes.velocity[k, i]
     second = planes.centre[k, i + 1] + late * planes.velocity[k, i + 1]
@@ -143,7 +143,7 @@ def across(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> tuple
 
 @by_record
 def between(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Deficit:
-    """Deficit at a point between planes i and i + 1 of wake k, by w from one to the other (K-10)."""
+    """Deficit at a point between planes i and i + 1 of wake k, interpolated by w (K-10)."""
     raise NotImplementedError
 
 
@@ -169,11 +169,11 @@ def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
     """Velocity [m/s] that the wakes add to the ambient wind at a point of the observer's axes (K-12 to K-14)."""
     g = m.wakes
     q, late = Vec(p.x + g.origin_x, p.y + g.origin_y, p.z), t - g.time
-    o = 0.0 * q.x  # zero of the point's number type
-    found, direction, strongest, largest = Vec(o, o, o), Vec(o, o, o), Vec(o, o, o), o
+    o = 0.0 * q.x  # zero of the number type of the point
+    velocity, direction, strongest, largest = Vec(o, o, o), Vec(o, o, o), Vec(o, o, o), o
     squares, turbulence = Sym(o, o, o, o, o, o), o
-    for k in range(m.seen.wakes):
-        first, last = m.seen.first[k], m.seen.last[k]
+    for k in range(m.visible.wakes):
+        first, last = m.visible.first[k], m.visible.last[k]
         if first < last:
             s = before(q, late, m, k, first)
             for i in range(first, last):
@@ -183,7 +183,7 @@ def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
                     d = between(q, late, where(inside, s / where(inside, s - following, 1.0), 0.0), m, k, i)
                     one = where(inside, 1.0, 0.0)
                     v = one * d.velocity
-                    found += v
+                    velocity += v
                     squares += Sym(v.x * v.x, v.y * v.y, v.z * v.z, v.x * v.y, v.x * v.z, v.y * v.z)
                     direction += (one * abs(d.axial)) * d.normal
                     more = one * abs(d.axial) > largest
@@ -197,10 +197,10 @@ def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
         length = sqrt(dot(direction, direction))
         n = where(length > 0.0, 1.0 / where(length > 0.0, length, 1.0), 0.0) * direction
         merged = dot(strongest, n) if g.merging == LARGEST else -sqrt(max(dot(n, squares @ n), 0.0))
-        found += (merged - dot(found, n)) * n
+        velocity += (merged - dot(velocity, n)) * n
     if (g.added > 0.0) & anywhere(turbulence > 0.0):
-        found += sqrt(turbulence) * eddy(q, t, m)
-    return found
+        velocity += sqrt(turbulence) * eddy(q, t, m)
+    return velocity
 
 
 @kernel
@@ -223,7 +223,7 @@ def eddy(q: Vec, t: float, m: WakeField) -> Vec:
 
 @kernel
 def pair(m: WakeField, i: int, k: int, j: int, b: float) -> Vec:
-    """Velocity in a row of the eddies, linear: by b from column j to the next."""
+    """Velocity in a row of the eddies, interpolated linearly by b from column j to the next."""
     x, y, z, next_x, next_y, next_z = neighbours(m.eddies, i, k, j)
     return (1.0 - b) * Vec(x, y, z) + b * Vec(next_x, next_y, next_z)
 
@@ -236,15 +236,16 @@ def _(p: Vec, t: float, m: WakeField) -> Vec:
 
 @dataclass(frozen=True)
 class WakePart(Part):
-    """The wakes as one turbine sees them.
+    """Wakes in the wind of one turbine.
 
     Attributes:
-      members: arrays of :class:`WakeField` besides those of the ambient wind; the farm writes into them between steps.
+      members: arrays of :class:`WakeField` in addition to those of the ambient wind; the farm updates them between
+        steps.
     """
 
     system: ClassVar[Any] = WakeField
     members: dict[str, Any]
 
     def arrays(self) -> dict[str, Any]:
-        """The arrays themselves, which all turbines share but for what is theirs."""
+        """The arrays without copies; turbines share those that are not specific to one of them."""
         return self.members

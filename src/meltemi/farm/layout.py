@@ -1,4 +1,4 @@
-"""A farm: turbines, where they stand, and how their wakes are computed; in Python and as a file."""
+"""Wind farms: turbines, their positions and the settings of their wakes, in Python and as a file."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ MOST_YAW = math.radians(60.0)
 
 
 def _pairs(given: Any) -> Any:
-    """Positions as they are; a ValueError for a turbine whose position is not two values."""
+    """Positions unchanged; raises ValueError for a turbine whose position is not two values."""
     for i, each in enumerate(given if isinstance(given, list | tuple) else ()):
         if np.shape(each) != (2,):
             raise ValueError(f"turbine {i + 1}: expected two numbers, x and y in m, such as [630, 0], found {each}")
@@ -39,7 +39,7 @@ def _pairs(given: Any) -> Any:
 
 
 def _numbers(given: Any, what: str, checked: Callable[[Any], Any] = lambda values: values) -> Float:
-    """What Python gives, as an array; an InputError where it is not numbers."""
+    """An argument as an array; raises InputError if it is not numeric."""
     try:
         return np.array(checked(given), dtype=np.float64)
     except (TypeError, ValueError, OverflowError) as error:
@@ -71,13 +71,13 @@ class Farm:
 
     Attributes:
       turbine: name, description or model of all turbines, or one for each.
-      positions: (x, y) [m] of each: x downwind for wind direction 0, y to the left looking downwind.
+      positions: (x, y) [m] position of each: x downwind for wind direction 0, y to the left looking downwind.
       wakes: name of a set of constants (``fast.farm``, ``iec``, ``madsen``, ``keck``, ``none``), or settings.
-      yaw: [rad] constant yaw of all nacelles, or of each, from the direction of the mean wind (of a series from that
-        at its start); counter-clockwise from above. At 0 they face the wind, whatever its direction.
+      yaw: [rad] constant yaw of all nacelles, or of each, from the direction of the mean wind (for a wind series, at
+        its start); counter-clockwise from above. At 0 they face the wind.
 
     Raises:
-      InputError: turbines are closer than two rotor diameters, or numbers do not fit.
+      InputError: turbines are closer than two rotor diameters, or lengths of lists do not match.
     """
 
     turbine: str | AnyTurbine | Model[Any] | Sequence[str | AnyTurbine | Model[Any]]
@@ -87,7 +87,7 @@ class Farm:
 
     @property
     def settings(self) -> WakeSettings:
-        """Settings of the wakes."""
+        """Settings of the wake model."""
         given = self.wakes
         return given if isinstance(given, WakeSettings) else validated({"model": given}, WakeSettings, "farm: wakes")
 
@@ -97,11 +97,11 @@ class Farm:
         each = list(given) if isinstance(given, list | tuple) else [given] * len(self.positions)
         if len(each) != len(self.positions):
             raise InputError(f"farm: expected a turbine for each of {len(self.positions)} positions, found {len(each)}")
-        made: dict[int, Model[Any]] = {}
+        built: dict[int, Model[Any]] = {}
         for one in each:
-            if id(one) not in made:
-                made[id(one)] = one if isinstance(one, Model) else build(load_turbine(one), options or ModelOptions())  # type: ignore[arg-type]
-        return [made[id(one)] for one in each]
+            if id(one) not in built:
+                built[id(one)] = one if isinstance(one, Model) else build(load_turbine(one), options or ModelOptions())  # type: ignore[arg-type]
+        return [built[id(one)] for one in each]
 
     def places(self) -> Float:
         """(turbines, 2) [m] positions."""
@@ -114,12 +114,12 @@ class Farm:
 
 
 def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[float] | Float) -> None:
-    """Refuse positions that are not finite or too far away, turbines that are too close, and yaw beyond any use.
+    """Reject positions that are not finite or too far away, turbines that are too close, and excessive yaw.
 
     Args:
-      positions: (turbines, 2) [m].
-      diameters: [m] of the rotors, where they are known.
-      yaw: [rad].
+      positions: (turbines, 2) [m] positions.
+      diameters: [m] rotor diameters, where they are known.
+      yaw: [rad] yaw angles.
 
     Raises:
       InputError: naming the two turbines, their distance and the least one.
@@ -143,5 +143,5 @@ def check_layout(positions: Float, diameters: Sequence[float], yaw: Sequence[flo
             if apart < least:
                 raise InputError(
                     f"farm: turbines {j + 1} and {i + 1} are {apart:.0f} m apart, expected at least {least:.0f} m "
-                    f"({CLOSEST:g} rotor diameters): nearer ones stand in the near wake, for which there is no model"
+                    f"({CLOSEST:g} rotor diameters): closer ones are in the near wake, which is not modelled"
                 )

@@ -1,7 +1,7 @@
-"""The march of a wake: every plane becomes the next one downstream, and its profiles age by the way in between.
+"""Evolution of wakes: each plane becomes the next one downstream, and its profiles develop over the travelled distance.
 
-Thin shear layer equations, axisymmetric, with an eddy viscosity: Crank-Nicolson along the wake, with coefficients of
-the plane before, so that each plane solves one tridiagonal system.
+Axisymmetric thin shear layer equations with an eddy viscosity: Crank-Nicolson along the wake, with coefficients of
+the previous plane, so that each plane solves one tridiagonal system.
 
 Reference: docs/theory/wakes.md (K-5 to K-8); Ainslie (1988).
 """
@@ -28,7 +28,7 @@ CLOSE = 0.1
 
 
 class Mixing(Table, title="mixing in a wake"):
-    """Constants of the eddy viscosity and of added turbulence; those along the wake are arrays by plane."""
+    """Constants of the eddy viscosity and of added turbulence; those that vary along the wake are arrays by plane."""
 
     radius: float = number("m", "of the rotor")
     ambient: float = number("-", "of the ambient turbulence")
@@ -63,7 +63,7 @@ def viscosity(
       V: axial velocity of the wake [m/s].
       U: ambient wind [m/s].
       ambient, shear: filters at this distance.
-      nu: is filled.
+      nu: output array.
     """
     last, deepest = V.shape[0] - 1, 0.0
     for j in range(last + 1):
@@ -80,13 +80,13 @@ def viscosity(
 def one_step(  # noqa: PLR0913 - arrays of a kernel
     V: Float, Vr: Float, nu: Float, U: float, way: float, spacing: float, new: Float, new_r: Float, work: Float
 ) -> None:
-    """Profiles after a way [m] downstream (K-7, K-8).
+    """Profiles after a distance [m] downstream (K-7, K-8).
 
     Args:
       V, Vr, nu: axial and radial velocity of the wake [m/s] and eddy viscosity there.
       U: ambient wind [m/s].
-      new, new_r: are filled.
-      work: as long as a profile.
+      new, new_r: output arrays.
+      work: work array of the length of a profile.
     """
     n, dr = V.shape[0], spacing
     pivot = dr * (U + V[0]) / way + nu[0] / dr
@@ -112,11 +112,11 @@ def one_step(  # noqa: PLR0913 - arrays of a kernel
 
 @by_record
 def age(m: WakeField, k: int, i: int, dt: float, way: float, c: Mixing, along: Float, work: Float) -> None:
-    """Profiles of plane i + 1 of wake k: those of plane i after a time [s], and a way [m] along the wake.
+    """Compute the profiles of plane i + 1 of wake k from those of plane i after a time [s] and a distance [m].
 
     Args:
       along: (4, planes) filters of ambient and shear viscosity, factors of deficit and gradient in added turbulence.
-      work: (6, points) memory.
+      work: (6, points) work array.
     """
     raise NotImplementedError
 
@@ -140,16 +140,16 @@ def _(m: WakeField, k: int, i: int, dt: float, way: float, c: Mixing, along: Flo
 
 @kernel
 def march(m: WakeField, k: int, count: int, dt: float, keep: float, c: Mixing, along: Float) -> int:
-    """Let wake k age by a step; plane 0 is left as it is, to become the new one at the rotor.
+    """Advance wake k by a step; plane 0 is unchanged and will be replaced by the new one at the rotor.
 
     Args:
       count: number of its planes.
-      dt: [s].
-      keep: share of the filtered axial velocity that a step keeps.
+      dt: [s] time step.
+      keep: share of the filtered axial velocity that remains after a step.
       along: as of :func:`age`.
 
     Returns:
-      The number of planes now; one that has caught up with the plane ahead of it is gone.
+      The number of planes; one that has caught up with the plane ahead of it is removed.
     """
     planes, work = m.planes, np.empty((6, m.profile.shape[2]))
     count = min(count, m.profile.shape[1] - 1)
@@ -165,7 +165,7 @@ def march(m: WakeField, k: int, count: int, dt: float, keep: float, c: Mixing, a
 
 @kernel
 def inherit(m: WakeField, k: int, i: int, to: int) -> None:
-    """Give a plane of wake k the place and memory of another one."""
+    """Copy position and filtered quantities of a plane of wake k to another one."""
     rows = m.planes.array
     for c in range(rows.shape[0]):
         rows[c, k, to] = rows[c, k, i]
@@ -173,7 +173,7 @@ def inherit(m: WakeField, k: int, i: int, to: int) -> None:
 
 @kernel
 def ordered(m: WakeField, k: int, count: int, dt: float) -> int:
-    """Drop planes of wake k that have caught up with the one ahead, so that a point is between two planes only."""
+    """Remove planes of wake k that have caught up with the one ahead, so that planes remain in order."""
     planes, kept = m.planes, 2
     for i in range(2, count):
         before = kept - 1

@@ -1,4 +1,4 @@
-"""What the wakes of a farm cost, and what one run of it gains over another: tables by turbine, and figures."""
+"""Effects of wakes in a farm, and comparison of two runs of a farm: tables by turbine, and figures."""
 
 from __future__ import annotations
 
@@ -47,10 +47,10 @@ def cost_rows(
     """Header and rows of the table of a farm: mean wind and power, and damage-equivalent loads, by turbine.
 
     Args:
-      result: with wakes.
-      alone: the same without wakes; columns then say how much wakes change, in percent.
-      loads: channels of :data:`LOADS`; those that were not recorded are left out. The tower base is bent along the
-        mean wind.
+      result: results with wakes.
+      alone: results without wakes; columns then show the changes due to wakes in percent.
+      loads: channels of :data:`LOADS`; those that were not recorded are left out. The fore-aft moment of the tower
+        base is along the mean wind.
     """
     loads = _recorded(result, loads)
     head = ["turbine", "x m", "y m", "yaw deg", "wind m/s", "power kW"] + ["power %"] * (alone is not None)
@@ -63,8 +63,8 @@ def cost_rows(
         cells = [f"T{i + 1}", *map(number, result.positions[i]), number(float(np.degrees(result.yaw[i])))]
         powers.append([float(turbine["generator_power"].mean()) for turbine in both])
         cells += [number(float(both[0]["wind_x"].mean())), *_compared(powers[-1])]
-        found = [equivalent_loads(turbine, loads) for turbine in both]
-        rows.append(cells + [cell for name in loads for cell in _compared([dels[name] for dels in found])])
+        equivalent = [equivalent_loads(turbine, loads) for turbine in both]
+        rows.append(cells + [cell for name in loads for cell in _compared([dels[name] for dels in equivalent])])
     if len(result) > 1:
         cells = ["farm", "", "", "", "", *_compared([sum(column) for column in zip(*powers, strict=True)])]
         rows.append(cells + [""] * (len(head) - len(cells)))
@@ -72,18 +72,18 @@ def cost_rows(
 
 
 def _recorded(result: FarmResult, loads: Sequence[str]) -> list[str]:
-    """Those of the loads that all turbines recorded, with what the direction of the wind takes."""
+    """The loads that all turbines recorded, including the channels needed for the wind direction."""
     needed = {FORE_AFT: (FORE_AFT, SIDE_SIDE)} if result.direction else {}
     return [name for name in loads if all(x in each for each in result.turbines for x in needed.get(name, (name,)))]
 
 
 @dataclass(frozen=True)
-class Price:
-    """Power and loads of a farm and of another run of it, by turbine.
+class FarmComparison:
+    """Power and loads of two runs of a farm, by turbine.
 
     Attributes:
-      yaw: (2, turbines) [rad] from the wind; first this run, then the other.
-      power: (2, turbines) [W] means.
+      yaw: (2, turbines) [rad] yaw from the wind; this run, then the other.
+      power: (2, turbines) [W] mean power.
       loads: (2, turbines) [N m] damage-equivalent loads by channel of :data:`LOADS`.
     """
 
@@ -92,16 +92,16 @@ class Price:
     loads: dict[str, Float]
 
     def power_change(self) -> Float:
-        """(turbines + 1,) [%] of each turbine, and of the farm at last."""
+        """(turbines + 1,) [%] change in power of each turbine, and of the farm."""
         now, other = np.append(self.power, self.power.sum(axis=1, keepdims=True), axis=1)
         return percent(now, other)
 
     def load_changes(self) -> dict[str, Float]:
-        """(turbines,) [%] by channel."""
+        """(turbines,) [%] change of each load, by channel."""
         return {name: percent(*both) for name, both in self.loads.items()}
 
     def words(self) -> str:
-        """The gain of the farm, and the largest rise of a load."""
+        """Text with the gain in power of the farm and the largest increase of a load."""
         text = f"power of the farm {self.power_change()[-1]:+.2f} %"
         changes = {(i, n): x for n, row in self.load_changes().items() for i, x in enumerate(row) if np.isfinite(x)}
         if not changes:
@@ -112,13 +112,13 @@ class Price:
 
 
 def percent(now: Float, other: Float) -> Float:
-    """Change [%] from ``other``; NaN where that is not above zero."""
+    """Change [%] from ``other``; NaN where ``other`` is not positive."""
     known = other > 0.0
     return np.where(known, 100.0 * (now / np.where(known, other, 1.0) - 1.0), np.nan)
 
 
-def price(result: FarmResult, other: FarmResult) -> Price:
-    """What a run of a farm gains over another one, such as an unsteered one, and the loads that it costs.
+def compare_farms(result: FarmResult, other: FarmResult) -> FarmComparison:
+    """Compare power and loads of two runs of a farm, such as with and without wake steering.
 
     Raises:
       InputError: the farms have different numbers of turbines.
@@ -127,16 +127,16 @@ def price(result: FarmResult, other: FarmResult) -> Price:
     both = result, other
     loads = [name for name in LOADS if all(name in _recorded(each, tuple(LOADS)) for each in both)]
     turbines = [[along_wind(t.evaluated, farm.direction) for t in farm.turbines] for farm in both]
-    found = [[equivalent_loads(t, loads) for t in row] for row in turbines]
-    return Price(
+    equivalent = [[equivalent_loads(t, loads) for t in row] for row in turbines]
+    return FarmComparison(
         np.array([farm.yaw for farm in both]),
         np.array([[t["generator_power"].mean() for t in row] for row in turbines]),
-        {name: np.array([[dels[name] for dels in row] for row in found]) for name in loads},
+        {name: np.array([[dels[name] for dels in row] for row in equivalent]) for name in loads},
     )
 
 
 def check_counts(count: int, other: int, what: str) -> None:
-    """Refuse to compare farms of different numbers of turbines."""
+    """Reject a comparison of farms with different numbers of turbines."""
     if count != other:
         raise InputError(
             f"{what} has {other} turbine{'s' * (other != 1)} and this farm {count}: farms are compared turbine by "
@@ -144,24 +144,24 @@ def check_counts(count: int, other: int, what: str) -> None:
         )
 
 
-def price_rows(found: Price, values: bool = True) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of the table of a comparison, by turbine: values of both runs and changes [%], or a selection."""
-    powers = np.append(found.power, found.power.sum(axis=1, keepdims=True), axis=1)
+def comparison_rows(comparison: FarmComparison, values: bool = True) -> tuple[list[str], list[list[str]]]:
+    """Header and rows of the table of a comparison by turbine: changes [%], with ``values`` also both values."""
+    powers = np.append(comparison.power, comparison.power.sum(axis=1, keepdims=True), axis=1)
     n = len(powers[0]) - 1
     columns = {"turbine": [*(f"T{i + 1}" for i in range(n)), "farm"]}
-    columns |= _both("yaw", "deg", np.degrees(found.yaw), values)
+    columns |= _both("yaw", "deg", np.degrees(comparison.yaw), values)
     columns |= _both("power", "kW", 1e-3 * powers, values)
-    columns["power change %" if values else "power %"] = _known(found.power_change())
-    for name, change in found.load_changes().items():
+    columns["power change %" if values else "power %"] = _known(comparison.power_change())
+    for name, change in comparison.load_changes().items():
         if values:
-            columns |= _both(f"{LOADS[name]} DEL", "kN m", 1e-3 * found.loads[name], values)
+            columns |= _both(f"{LOADS[name]} DEL", "kN m", 1e-3 * comparison.loads[name], values)
         columns[f"{LOADS[name]} DEL change %" if values else f"{LOADS[name]} %"] = _known(change)
     filled = [column + [""] * (n + 1 - len(column)) for column in columns.values()]
     return list(columns), [list(row) for row in zip(*filled, strict=True)]
 
 
 def _both(name: str, unit: str, values: Float, reference: bool) -> dict[str, list[str]]:
-    """Columns of a value of this run, and of the other one."""
+    """Columns of a value of this run and of the other one."""
     heads = (f"{name} {unit}", f"reference {name} {unit}")[: 1 + reference]
     return {head: [number(float(x)) for x in row] for head, row in zip(heads, values, strict=False)}
 
@@ -171,7 +171,7 @@ def _known(changes: Float) -> list[str]:
 
 
 def differences(result: FarmResult, other: FarmResult) -> list[str]:
-    """What differs between two runs of a farm, in words; those that make them hard to compare at last."""
+    """Differences in the setup of two runs of a farm as text; those that impair the comparison come last."""
     first = [farm.turbines[0] for farm in (result, other)]
     times = [float(np.ptp(each.evaluated.time)) for each in first]
     same = {
@@ -186,16 +186,16 @@ def differences(result: FarmResult, other: FarmResult) -> list[str]:
     return [name for name, equal in same.items() if not equal]
 
 
-def plot_price(found: Price, title: str = "") -> Figure:
+def plot_comparison(comparison: FarmComparison, title: str = "") -> Figure:
     """Changes of power and of equivalent loads against another run, by turbine."""
     figure, axes = new_figure(1, 2, size=(12.0, 4.0), share=False)
     power, loads = axes[0]
-    n = len(found.power[0])
+    n = len(comparison.power[0])
     names = [f"T{i + 1}" for i in range(n)]
-    power.bar(range(n + 1), np.nan_to_num(found.power_change()), 0.6, color=[INK] * n + [SOFT])
+    power.bar(range(n + 1), np.nan_to_num(comparison.power_change()), 0.6, color=[INK] * n + [SOFT])
     power.set_xticks(range(n + 1), [*names, "farm"])
     panel(power, "change of the mean power", "%")
-    changes = found.load_changes()
+    changes = comparison.load_changes()
     width = 0.8 / max(len(changes), 1)
     for k, (name, change) in enumerate(changes.items()):
         place = np.arange(n) + (k - 0.5 * (len(changes) - 1)) * width
@@ -213,9 +213,9 @@ def plot_price(found: Price, title: str = "") -> Figure:
 
 
 def along_wind(result: Result, direction: float) -> Result:
-    """A result whose ``wind_x`` and fore-aft moment of the tower base are along a wind of a direction [rad] (K-25).
+    """A result with ``wind_x`` and the fore-aft moment of the tower base along a wind direction [rad] (K-25).
 
-    They are NaN without the component across x.
+    They are NaN if the component along y was not recorded.
     """
     if not direction:
         return result
@@ -228,17 +228,17 @@ def along_wind(result: Result, direction: float) -> Result:
 
 
 def _compared(values: Sequence[float]) -> list[str]:
-    """A value in thousands, and its change in percent from the second one, if there is one."""
+    """A value in thousands, and its change in percent from the second value, if given."""
     now, *before = values
     return [number(now * 1e-3), *(number(100.0 * (now / x - 1.0)) if x > 0.0 else "" for x in before)]
 
 
 def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = "") -> Figure:
-    """The wind over the farm at the end of the run, from above; power and a fatigue load by turbine.
+    """Wind over the farm at the end of the run, from above; power and a fatigue load by turbine.
 
     Args:
-      result: with wakes.
-      alone: the same without wakes.
+      result: results with wakes.
+      alone: results without wakes.
     """
     figure = new_figure(1, size=(12.0, 6.0))[0]
     figure.clear()
@@ -247,7 +247,7 @@ def plot_farm(result: FarmResult, alone: FarmResult | None = None, title: str = 
     if result.view is not None:
         x, y, speed = result.view
         image = above.pcolormesh(x, y, speed.T, shading="gouraud", cmap="viridis", rasterized=True)
-        bar = above.inset_axes((1.01, 0.0, 0.01, 1.0), axes_class=type(above))  # as high as they are
+        bar = above.inset_axes((1.01, 0.0, 0.01, 1.0), axes_class=type(above))  # height of the panels
         figure.colorbar(image, cax=bar, label="wind [m/s]")
         above.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     places = zip(result.positions, result.yaw - result.direction, result.diameters, strict=True)

@@ -1,4 +1,4 @@
-"""What a rotor gives to its wake: loads along the blade, wind, axis and place, read from a run in progress.
+"""Input of a wake from its rotor: loads along the blade, wind, axis and position, read from a run in progress.
 
 Reference: docs/theory/wakes.md (K-1).
 """
@@ -20,7 +20,7 @@ Float = NDArray[float64]
 
 
 class RotorSums(Table, title="rotor of a wake"):
-    """Sums over the samples of an exchange."""
+    """Sums over the samples between two exchanges."""
 
     samples: float = number("-", "number of them")
     hub: Vec = xyz("m", "rotor apex, axes of the turbine")
@@ -38,7 +38,7 @@ def add_rotor(sums: RotorSums, x: Float, f: Float, m: AnySystem) -> None:
 @add_rotor.variant
 @kernel
 def _(sums: RotorSums, x: Float, f: Float, m: System) -> None:
-    """The wind is the mean over the span, as AeroDyn has it for FAST.Farm, not over the disk."""
+    """The wind is the mean over the span, as AeroDyn passes it to FAST.Farm, not over the disk."""
     blades, wind, span = m.flow.blades, Vec(0.0, 0.0, 0.0), 0.0
     for n in range(x.shape[0]):
         for b in range(blades):
@@ -57,8 +57,8 @@ def _(sums: RotorSums, x: Float, f: Float, m: System) -> None:
 @add_rotor.variant
 @kernel
 def _(sums: RotorSums, x: Float, f: Float, m: DiskSystem) -> None:
-    """A disk has its thrust coefficient everywhere: the thrust per length grows with the radius; the driving force is
-    the same along it."""
+    """A disk has a uniform thrust coefficient: the thrust per length grows with the radius; the driving force per
+    length is constant."""
     last, yaw = x.shape[0] - 1, m.q[YAW]
     for n in range(last + 1):
         r = m.disk.radius * (n + 1.0) / (last + 1.0)

@@ -1,4 +1,4 @@
-"""A farm in three dimensions: the places of its turbines, and its wakes as stations with a width and a deficit."""
+"""Three-dimensional scene of a farm: positions of the turbines, and wakes as stations with a width and a deficit."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ SPACING = 0.5
 def farm_scenes(
     results: Sequence[Result], positions: Float, planes: Sequence[Sequence[Planes]], step: float, diameter: float
 ) -> tuple[Result, ...]:
-    """The results, where they have scenes, with those of a farm; the first has the wakes as a track ``wakes``.
+    """The results with scenes of the farm where they have scenes; the first includes the wakes as a track ``wakes``.
 
-    Positions are (turbines, 2) [m]; ``planes`` are those of each wake (``WakeTrack``), every ``step`` [s] from 0;
-    ``diameter`` [m] is that of the largest rotor.
+    Positions are (turbines, 2) [m]; ``planes`` are the planes of each wake (``WakeTrack``), every ``step`` [s] from 0;
+    ``diameter`` [m] is the largest rotor diameter.
     """
     if any(result.scene is None for result in results):
         return tuple(results)
@@ -44,11 +44,11 @@ def farm_scenes(
         about = {"wakes": numbers | {"count": len(planes[0]), "stations": len(at)}}
         arrays = track_arrays("wakes", values.reshape(len(values), -1))
     farm = {"centre": (0.5 * (low + high)).tolist(), "half": (0.5 * (high - low) + 0.5 * diameter).tolist()}
-    made = []
+    scenes = []
     for result, place in zip(results, positions, strict=True):
         old = result.scene
         assert old is not None
         new = {"farm": farm, "place": place.tolist(), "steps": old.about["steps"] | {"wakes": step}}
-        made.append(replace(result, scene=Scene(old.about | new | about, old.arrays | arrays)))
+        scenes.append(replace(result, scene=Scene(old.about | new | about, old.arrays | arrays)))
         about, arrays = {}, {}
-    return tuple(made)
+    return tuple(scenes)

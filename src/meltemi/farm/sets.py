@@ -1,7 +1,7 @@
-"""Named sets of wake constants: FAST.Farm's, and three of the IEC family.
+"""Named sets of wake constants: that of FAST.Farm and three of the IEC family.
 
 Each is the calibration of its authors: constants, filters along the wake, inlet behind the rotor, drift. They differ by
-a third in the deficit at five diameters (docs/theory/wakes.md), so that a result holds for the set that it names.
+a third in the deficit at five diameters (docs/theory/wakes.md), so a result is only valid for the set that it names.
 
 Reference: docs/theory/wakes.md (K-2 to K-10); Jonkman & Shaler (2021) for ``fast.farm``; IEC 61400-1:2019, Annex E.2;
 Madsen et al. (2010); Keck et al. (2015).
@@ -44,8 +44,8 @@ def linear_filter(x: Float) -> Float:
     return np.clip(x / 2.0, 0.0, 1.0)
 
 
-def own_shear_filter(x: Float) -> Float:
-    """Filter of the wake's own shear of Madsen et al. (2010), in IEC 61400-1:2019, too."""
+def iec_shear_filter(x: Float) -> Float:
+    """Filter of the wake shear of Madsen et al. (2010) and IEC 61400-1:2019."""
     y = 2.0 * x
     line = 0.025 * y - 0.0375
     far = line + np.where(y > 12.0, 0.00105 * (y - 12.0) ** 3, 0.0)
@@ -53,7 +53,7 @@ def own_shear_filter(x: Float) -> Float:
 
 
 def keck_shear_filter(x: Float) -> Float:
-    """Filter of the wake's own shear of Keck et al. (2015)."""
+    """Filter of the wake shear of Keck et al. (2015)."""
     return np.where(x < 2.0, 0.035, 1.0 - 0.965 * np.exp(-0.35 * (x - 2.0)))
 
 
@@ -69,7 +69,7 @@ Gaussian wake, and thrust coefficient of the propeller brake."""
 
 
 def stream_tubes(r: Float, thrust: Float, near_wake: float) -> tuple[Float, Float]:
-    """Induction factors, and the radii [m] to which the stream tubes at radii r widen (K-2)."""
+    """Induction factors, and the radii [m] to which the stream tubes at radii r expand (K-2)."""
     a = 0.5 - 0.5 * np.sqrt(1.0 - np.clip(thrust, -BRAKE, MOST_THRUST))
     rate = (1.0 - a) * r / (1.0 - near_wake * a)
     steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(r)
@@ -101,7 +101,7 @@ def iec_induction(thrust: Float) -> Float:
 
 
 def madsen_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
-    """Inlet of Madsen et al. (2010): annuli widen by continuity, and less for the pressure in the wake (K-3)."""
+    """Inlet of Madsen et al. (2010): annuli expand by continuity, reduced for the pressure in the wake (K-3)."""
     a = iec_induction(thrust)
     mean = disk_mean(r, a, radius)
     rings = (1.0 - a[:-1]) / (1.0 - 2.0 * a[:-1]) * np.diff(r**2)
@@ -110,14 +110,14 @@ def madsen_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
 
 
 def keck_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
-    """Inlet of Keck et al. (2015): one widening of the whole rotor."""
+    """Inlet of Keck et al. (2015): one expansion of the whole rotor."""
     a = iec_induction(thrust)
     mean = disk_mean(r, a, radius)
     return -wind * np.interp(r, r * math.sqrt((1.0 - mean) / (1.0 - 1.98 * mean)), 2.1 * a)
 
 
 def iec_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
-    """Inlet of IEC 61400-1:2019: a uniform deficit that has widened (K-3)."""
+    """Inlet of IEC 61400-1:2019: a uniform, expanded deficit (K-3)."""
     mean = disk_mean(r, iec_induction(thrust), radius)
     m = 1.0 / math.sqrt(1.0 - 4.0 * mean * (1.0 - mean))
     widened = 2.0 * r * (1.0 - 0.45 * mean**2) * math.sqrt((1.0 + m) / 8.0)
@@ -129,23 +129,23 @@ class WakeSet:
     """Constants and functions of a wake model.
 
     Attributes:
-      source: where they are from.
+      source: publication.
       inlet: axial velocity of the wake behind the rotor.
       ambient, power, ambient_filter: eddy viscosity of the ambient turbulence: factor, exponent of its intensity, and
         filter along the wake.
-      shear, shear_filter: of the wake's own shear.
-      gradient: a mixing length times the gradient counts where that is more.
-      slowest: the wake's own shear is that of the slowest wind in it, not of the deepest deficit.
-      rotor_wide: its half width is the rotor radius; if not, it encloses 95 % of the deficit.
-      cut_off: [m/s] frequency of the filters times the rotor radius.
-      aside, aside_yaw: [m] and [m/rad] shift of a wake's begin, to the left, by yaw error.
-      turn, turn_yaw: [-] and [1/rad] the same of its path, over the way.
+      shear, shear_filter: factor and filter of the eddy viscosity of the wake shear.
+      gradient: use a mixing length times the velocity gradient where that is larger.
+      slowest: the wake shear is based on the lowest wind speed in the wake, not on the largest deficit.
+      rotor_wide: the half width of the wake is the rotor radius; otherwise it encloses 95 % of the deficit.
+      cut_off: [m/s] cut-off frequency of the filters times the rotor radius.
+      aside, aside_yaw: [m] and [m/rad] lateral offset of a wake at the rotor, to the left, constant and by yaw error.
+      turn, turn_yaw: [-] and [1/rad] lateral offset per travelled distance, constant and by yaw error.
       lateral: lateral drift over the mean deficit and the sine of the rotor's angle.
-      meander: diameter of the averages that let wakes drift, over the rotor's.
-      windowed: their weight is a windowed jinc function, and not uniform.
-      disturbed: they include the wakes.
-      points: of a profile in a rotor diameter.
-      curled: planes have a velocity across, which curls them, and drift with what is along the wind.
+      meander: diameter of the averages that determine the drift of wakes, over the rotor diameter.
+      windowed: the weight of these averages is a windowed jinc function instead of uniform.
+      disturbed: these averages include the wakes.
+      points: points of a profile per rotor diameter.
+      curled: planes have cross-flow velocities, which curl them, and drift with the velocity along the wind.
       deficit_turbulence, gradient_turbulence: turbulence that wakes add, over deficit and gradient: factor, least
         share, begin and end [D], exponent.
     """
@@ -175,7 +175,7 @@ class WakeSet:
     gradient_turbulence: tuple[float, float, float, float, float] = (0.35, 1.0, 0.0, 1.0, 1.0)
 
     def filters(self, x: Float) -> Float:
-        """(2, n) filters of the viscosities, ambient and of the own shear, at distances over the diameter."""
+        """(2, n) filters of the ambient and shear viscosities at distances over the diameter."""
         return np.array([self.ambient_filter(x), self.shear_filter(x)])
 
     def added(self, x: Float) -> Float:
@@ -191,7 +191,7 @@ _IEC = WakeSet(
     power=0.3,
     ambient_filter=smooth_filter,
     shear=0.008,
-    shear_filter=own_shear_filter,
+    shear_filter=iec_shear_filter,
 )
 _FAST_FARM = WakeSet(
     source="FAST.Farm of OpenFAST 5.0, default constants of polar wakes",
@@ -243,14 +243,14 @@ SETS: dict[str, WakeSet] = {
 
 
 def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: float | None = None) -> Float:
-    """(n, 3) points of the average that lets wakes drift: sideways, upwards [m], weight (K-9).
+    """(n, 3) points of the average for the drift of wakes: sideways, upwards [m], weight (K-9).
 
-    They are symmetric about the vertical, so that a symmetric wake is not pushed aside.
+    They are symmetric about the vertical, so that a symmetric wake is not deflected.
 
     Args:
-      diameter: [m] of the rotor.
-      rings: of points, at the radii of Gauss's rule.
-      meander: diameter over the rotor's; by default that of the set.
+      diameter: [m] rotor diameter.
+      rings: number of rings of points, at the radii of Gauss's rule.
+      meander: diameter of the average over the rotor diameter; by default that of the set.
     """
     wide = (wake.meander if meander is None else meander) * diameter
     radius = 0.5 * SECOND_ZERO / np.pi * wide if wake.windowed else 0.5 * wide
@@ -263,12 +263,12 @@ def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: flo
     return np.array(rows)
 
 
-def missed_by(points: Float, exact: Float, r: Float) -> Float:
-    """(n,) factors of a profile, linear between equidistant radii r [m], in what a sum over points misses of it (K-9a).
+def quadrature_error(points: Float, exact: Float, r: Float) -> Float:
+    """(n,) error of a sum over points for a profile, linear between radii r [m], as factors of its values (K-9a).
 
     Args:
       points: (p, 3) sideways, upwards [m], weight.
-      exact: (q, 3) points of a fine rule for the same average.
+      exact: (q, 3) points of a fine quadrature rule for the same average.
     """
 
     def mean(rule: Float) -> Float:

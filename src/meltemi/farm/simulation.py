@@ -1,4 +1,4 @@
-"""``simulate_farm``: turbines march in parallel, and exchange their wakes every few seconds.
+"""``simulate_farm``: turbines run in parallel, and exchange their wakes every few seconds.
 
 Reference: docs/theory/wakes.md (K-15).
 """
@@ -27,7 +27,7 @@ from meltemi.farm.rotor import RotorSums, sample
 from meltemi.farm.scene import farm_scenes
 from meltemi.farm.settings import WakeSettings
 from meltemi.farm.wakes import LEAST_WIND, FarmWakes, RotorState, quick
-from meltemi.farm.wind import placed
+from meltemi.farm.wind import wind_and_positions
 from meltemi.simulation import step
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
@@ -56,7 +56,7 @@ START = 0.02
 
 
 class RotorReader:
-    """Means of a rotor's state over samples."""
+    """Mean state of a rotor over samples."""
 
     def __init__(self, case: Case) -> None:
         self.case, self.sums = case, RotorSums.of()
@@ -73,21 +73,21 @@ class RotorReader:
         hub, shaft, wind = (np.array([v.x, v.y, v.z]) / n for v in (s.hub, s.shaft, s.wind))
         order = np.argsort(self.radius)
         density = float(self.case.plain.aero.air_density)
-        found = RotorState(hub, shaft, wind, self.radius[order] / n, self.load[:, order] / n, density)
+        state = RotorState(hub, shaft, wind, self.radius[order] / n, self.load[:, order] / n, density)
         for array in (s.array, self.radius, self.load):
             array[:] = 0.0
-        return found
+        return state
 
 
 @dataclass(frozen=True)
 class SetPoint:
-    """What a farm controller demands of a turbine until the next exchange.
+    """Demands of a farm controller to a turbine until the next exchange.
 
     Attributes:
-      yaw: [rad] of the nacelle from the direction of the mean wind, counter-clockwise from above, which its drive
-        approaches at its rate; None leaves it. The model needs ``ModelOptions(yaw="driven")``.
-      power: [W] limit of the operator, for controllers that follow it, such as the supervised one.
-      pitch: [rad] offset of the blades from what their controller demands; its actuators bring it about.
+      yaw: [rad] yaw angle of the nacelle from the direction of the mean wind, counter-clockwise from above, which the
+        yaw drive approaches at its rate; None for no change. The model needs ``ModelOptions(yaw="driven")``.
+      power: [W] power limit, for controllers that follow it, such as the supervised one.
+      pitch: [rad] offset of the pitch from the demand of the turbine controller, subject to the actuators.
     """
 
     yaw: float | None = None
@@ -104,10 +104,10 @@ Watch = Callable[[FarmWakes, float], None]
 """Called at each exchange with the wakes and the time [s]."""
 
 
-class Turbine:
-    """A turbine of a farm in progress, and what its rotor gave to its wake.
+class FarmTurbine:
+    """Turbine of a running farm, with the samples of its rotor for its wake.
 
-    ``direction`` [rad] is that of the mean wind, from which set-points and measurements have their angles.
+    ``direction`` [rad] is the mean wind direction, the reference of the angles of set-points and measurements.
     """
 
     def __init__(self, run: Run, direction: float) -> None:
@@ -118,7 +118,7 @@ class Turbine:
         self.pitch_offset = np.array(self._actuators["pitch_offset"])
 
     def march(self, steps: int) -> None:
-        """March a number of time steps, and read the rotor in between."""
+        """Advance a number of time steps, sampling the rotor in between."""
         run, done = self.simulation, 0
         for i in range(SAMPLES):
             until = steps * (i + 1) // SAMPLES
@@ -134,7 +134,7 @@ class Turbine:
         """Follow a set-point from now on.
 
         Raises:
-          InputError: it is not finite, or the model's yaw is not driven.
+          InputError: the set-point is not finite, or the model has no yaw drive.
         """
         run = self.simulation
         if point.yaw is not None:
@@ -152,10 +152,10 @@ class Turbine:
         self.yaw = point.yaw
         self._actuators["pitch_offset"] = self.pitch_offset + point.pitch
         run.case["faults"][Faults.index("power_limit")] = point.power
-        run.case.clock.next_event = max(int(run.case.clock.next_event), 1)  # the controller hears of the limit
+        run.case.clock.next_event = max(int(run.case.clock.next_event), 1)  # the controller receives the limit
 
     def measurements(self) -> View:
-        """What its sensors measure now, also before its own controller is called for the first time."""
+        """Present measurements of the sensors, also before the first call of the turbine controller."""
         run = self.simulation
         t = float(run.case.clock.step) * run.dt
         step.sense(t, int(run.case.clock.next_event), run.case.control, run.case.system)
@@ -170,28 +170,28 @@ def nacelle_yaw(yaw: float, direction: float) -> float:
     return math.remainder(yaw - direction, 2.0 * math.pi)
 
 
-def facing(models: Sequence[Model[Any]], yaw: Float, direction: float) -> list[Model[Any]]:
-    """The models with their nacelles at a yaw [rad] from a wind of a direction [rad]; equal ones stay one.
+def yawed_models(models: Sequence[Model[Any]], yaw: Float, direction: float) -> list[Model[Any]]:
+    """Models with nacelles at yaw angles [rad] from a wind direction [rad]; equal models remain shared.
 
     Raises:
-      InputError: a model has a ``nacelle_yaw`` of its own.
+      InputError: a model already has a ``nacelle_yaw``.
     """
     if any(model.options.nacelle_yaw for model in models):
         raise InputError(
             "farm: options.nacelle_yaw: turbines of a farm face the wind; their angles from it are the farm's yaw"
         )
-    made = {(id(model), 0.0): model for model in models}
-    found = []
+    by_yaw = {(id(model), 0.0): model for model in models}
+    turned = []
     for model, angle in zip(models, yaw, strict=True):
         key = id(model), nacelle_yaw(float(angle), direction)
-        if key not in made:
-            made[key] = replace(model, options=model.options.replace(nacelle_yaw=key[1]))
-        found.append(made[key])
-    return found
+        if key not in by_yaw:
+            by_yaw[key] = replace(model, options=model.options.replace(nacelle_yaw=key[1]))
+        turned.append(by_yaw[key])
+    return turned
 
 
 def begin_at(given: Any, model: Model[Any]) -> OperatingPoint | Start | None:
-    """The start of a run; a point of a model whose nacelle stands at 0 is turned to where that of ``model`` stands."""
+    """The start of a run; an operating point at nacelle yaw 0 is rotated to the nacelle yaw of ``model``."""
     start: OperatingPoint | Start | None = given() if callable(given) else given
     if not (isinstance(start, OperatingPoint) and model.options.nacelle_yaw):
         return start
@@ -205,8 +205,8 @@ class WakeTrack:
     """Path of one wake over time.
 
     Attributes:
-      time: (E,) [s] of the exchanges.
-      planes: for each of them a (9, n) array: centre x, y, z, travelled path [m], velocity x, y, z [m/s],
+      time: (E,) [s] times of the exchanges.
+      planes: for each exchange a (9, n) array: centre x, y, z, travelled path [m], velocity x, y, z [m/s],
         and deficit [m/s] and radius [m] of a top hat with the same integrals of deficit and squared deficit.
     """
 
@@ -214,30 +214,30 @@ class WakeTrack:
     planes: list[NDArray[np.float32]] = field(repr=False)
 
     def centre(self, x: float) -> Float:
-        """(E, 3) [m] centre of the wake where it has travelled ``x`` [m] along its axis; NaN where it ends before."""
-        found = np.full((len(self.time), 3), np.nan)
+        """(E, 3) [m] centre of the wake after a travelled path ``x`` [m]; NaN where the wake ends before."""
+        centre = np.full((len(self.time), 3), np.nan)
         for e, p in enumerate(self.planes):
             if p.shape[1] > 1 and x <= p[3, -1]:
-                found[e] = [np.interp(x, p[3], p[c]) for c in range(3)]
-        return found
+                centre[e] = [np.interp(x, p[3], p[c]) for c in range(3)]
+        return centre
 
 
 @dataclass(frozen=True)
 class FarmResult:
-    """Results of the turbines of a farm, and what its wakes did.
+    """Results of the turbines of a farm, and paths of its wakes.
 
-    ``result[1].data`` is that of the second turbine, as from :func:`meltemi.simulate`.
+    ``result[1].data`` is the data of the second turbine, as from :func:`meltemi.simulate`.
 
     Attributes:
       turbines: result of each turbine.
-      positions: (turbines, 2) [m].
-      yaw: (turbines,) [rad] of the nacelles from the wind.
-      diameters, hubs: [m] of the rotors.
-      settings: of the wakes.
+      positions: (turbines, 2) [m] positions.
+      yaw: (turbines,) [rad] yaw of the nacelles from the wind.
+      diameters, hubs: [m] rotor diameters and hub heights.
+      settings: settings of the wakes.
       wakes: path of each wake; empty without wakes.
       view: wind speed over the farm at the end, at the first hub's height: x, y [m] and (x, y) [m/s].
-      facts: planes, exchanges, seconds.
-      direction: [rad] of the mean wind, clockwise from above.
+      facts: numbers of planes and exchanges, elapsed time [s].
+      direction: [rad] mean wind direction, clockwise from above.
     """
 
     turbines: tuple[Result, ...]
@@ -285,13 +285,13 @@ def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a defau
 
     Args:
       farm: turbines, positions, wakes.
-      wind: as of :func:`meltemi.simulate`; a turbulent wind becomes a field over the whole farm.
-      duration: [s].
+      wind: as for :func:`meltemi.simulate`; a turbulent wind becomes a field over the whole farm.
+      duration: [s] simulated time.
       controllers: a controller for all turbines, or a list with one for each; by default the baseline controller.
-      start: the same of the initial state; by default steady operation in the wakes that have developed.
+      start: initial state for all turbines, or a list; by default steady operation in developed wakes.
       control: farm controller, called at each exchange with the time [s] and the turbines' measurements; it returns a
         :class:`SetPoint` for each.
-      threads: that share the turbines; by default one for each core.
+      threads: number of threads; by default one per core.
       progress: callback with the completed fraction.
       watch: callback with the wakes and the time [s] at each exchange.
       options: further fields of :class:`meltemi.Run`, the same for all turbines: ``channels``, ``output_step``,
@@ -299,7 +299,7 @@ def simulate_farm(  # noqa: PLR0913 - options of a simulation, each with a defau
 
     Raises:
       InputError: turbines are too close, the wind field is too small, or an argument is not valid.
-      RunError: a turbine's run ended early; ``error.result`` is that turbine's.
+      RunError: the run of a turbine ended early; ``error.result`` is the result of that turbine.
     """
     runs = farm_runs(farm, wind, duration, controllers, start, **options)
     return march_farm(runs, farm.places(), farm.settings, farm.angles(), control, threads, progress, watch)
@@ -355,7 +355,7 @@ def march_farm(
         if not (run.partial or result.status.complete):
             raise RunError(f"turbine {i + 1}: {result.message or result.status.message}", result)
     shift, facts = positions - march.places, march.facts()
-    tracks, seen = march.tracks(shift), march.view(shift)
+    tracks, view = march.tracks(shift), march.view(shift)
     results = farm_scenes(results, positions, march.planes, facts.get("step", 1.0), max(diameters))
     places = [
         {"position": [float(x), float(y)], "yaw": float(angle), "diameter": diameter, "hub_height": hub}
@@ -365,7 +365,7 @@ def march_farm(
     results = tuple(
         replace(each, meta={**each.meta, "farm": place | shared}) for each, place in zip(results, places, strict=True)
     )
-    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, seen, facts, march.mean.direction)
+    return FarmResult(results, positions, yaw, diameters, hubs, settings, tracks, view, facts, march.mean.direction)
 
 
 class FarmMarch:
@@ -389,10 +389,10 @@ class FarmMarch:
         turbines = [model.turbine for model in models]
         check_layout(positions, [t.rotor_diameter for t in turbines], yaw)
         given = runs[0].wind() if callable(runs[0].wind) else runs[0].wind
-        wind, places = placed(given, turbines, positions, runs[0].duration)
+        wind, places = wind_and_positions(given, turbines, positions, runs[0].duration)
         self.places = places
         self.mean = steady_wind(wind, turbines[0].hub_height)
-        models = facing(models, yaw, self.mean.direction)
+        models = yawed_models(models, yaw, self.mean.direction)
         self.runs = runs = [
             replace(run, model=model, wind=wind, start=begin_at(run.start, model), origin=(float(x), float(y)))
             for run, model, (x, y) in zip(runs, models, places, strict=True)
@@ -414,10 +414,10 @@ class FarmMarch:
             runs = [
                 replace(run, other_wind=part, start=start) for run, part, start in zip(runs, parts, starts, strict=True)
             ]
-        self.turbines = [Turbine(run, self.mean.direction) for run in runs]
+        self.turbines = [FarmTurbine(run, self.mean.direction) for run in runs]
 
     def _develop(self, wakes: FarmWakes) -> list[OperatingPoint | Start]:
-        """Let the wakes develop before the run, in its wind; returns the states in which its turbines start."""
+        """Let the wakes develop before the run, in its wind; return the initial states of the turbines."""
         given = [run.start for run in self.runs]
         known: dict[tuple[int, int, int], RotorState] = {}
 
@@ -436,19 +436,19 @@ class FarmMarch:
             w = level - share / LEVEL
             return steady(i, level) if w < 1e-6 else steady(i, level).mixed(steady(i, level - 1), w)
 
-        shares = wakes.develop(rotor, self._together)
+        shares = wakes.develop(rotor, self._for_all)
         return [start(i, START * max(round(float(share) / START), 1))[1] for i, share in enumerate(shares)]
 
-    def _together(self, function: Callable[[int], Any]) -> list[Any]:
+    def _for_all(self, function: Callable[[int], Any]) -> list[Any]:
         """Call a function for all turbines, on threads."""
         return list(self.pool.map(function, range(len(self.runs))))
 
     def to_end(self, progress: Callable[[float], None] | None) -> None:
-        """March all turbines to their ends."""
+        """Advance all turbines to the end of their runs."""
         try:
             while not all(turbine.simulation.finished for turbine in self.turbines):
-                self._keep(self.done)
-                self._direct(self.done)
+                self._record(self.done)
+                self._set_demands(self.done)
                 self.exchange()
                 if progress is not None:
                     progress(min(turbine.simulation.share for turbine in self.turbines))
@@ -456,20 +456,20 @@ class FarmMarch:
             self.close()
 
     def exchange(self) -> None:
-        """March all turbines up to the next exchange, and their wakes."""
-        self._together(lambda i: self.turbines[i].march(self.steps[i]))
+        """Advance all turbines and their wakes to the next exchange."""
+        self._for_all(lambda i: self.turbines[i].march(self.steps[i]))
         self.done += 1
         if self.wakes is not None:
             states = [turbine.reader.state() for turbine in self.turbines]
-            self.wakes.advance(states, self.done * self.wakes.step, self._together)
+            self.wakes.advance(states, self.done * self.wakes.step, self._for_all)
 
     def close(self) -> None:
         """Release the turbines."""
         for turbine in self.turbines:
             turbine.simulation.close()
 
-    def _direct(self, done: int) -> None:
-        """Let the farm controller set what turbines do until the next exchange."""
+    def _set_demands(self, done: int) -> None:
+        """Call the farm controller, and pass its set-points to the turbines until the next exchange."""
         if self.control is None:
             return
         first = self.turbines[0]
@@ -482,8 +482,8 @@ class FarmMarch:
         for turbine, point in zip(self.turbines, points, strict=True):
             turbine.demand(point)
 
-    def _keep(self, done: int) -> None:
-        """Keep the paths of the wakes, and show them."""
+    def _record(self, done: int) -> None:
+        """Record the paths of the wakes, and pass them to the watch callback."""
         if self.wakes is not None:
             t = done * self.wakes.step
             self.times.append(t)
@@ -508,7 +508,7 @@ class FarmMarch:
         return x + shift[0, 0], y + shift[0, 1], speed
 
     def facts(self) -> dict[str, float]:
-        """Numbers about the march."""
+        """Key figures of the simulation."""
         if self.wakes is None:
             return {}
         wakes = self.wakes
@@ -516,7 +516,7 @@ class FarmMarch:
 
 
 def _exchange_step(runs: Sequence[Run], settings: WakeSettings, speed: float) -> tuple[float, list[int]]:
-    """Time [s] between exchanges, and the number of time steps of each turbine in it."""
+    """Time [s] between exchanges, and the number of time steps of each turbine in that time."""
     steps = [default_step(run.model) for run in runs]  # type: ignore[arg-type]
     given = settings.step
     if given is None:

@@ -1,6 +1,6 @@
-"""Layouts of other programs: FAST.Farm primary files (4.x and 5.x), windIO plants, FLORIS inputs.
+"""Farm layouts of other programs: FAST.Farm primary files (4.x and 5.x), windIO plants, FLORIS inputs.
 
-A FAST.Farm file gives wake settings, too. Domains are left out, since wakes here need no grid.
+A FAST.Farm file also gives wake settings. Domains are ignored, since wakes here need no grid.
 """
 
 from __future__ import annotations
@@ -40,12 +40,12 @@ INCLUDE = re.compile(r"!include\s+([^\s,\]}#]+)")
 
 @dataclass(frozen=True)
 class Layout:
-    """What a file says about a farm.
+    """Farm layout from a file.
 
     Attributes:
-      positions: (x, y) [m] of the turbines.
-      wakes: keys of the wake settings that it gives.
-      notes: what was not taken, and why.
+      positions: (x, y) [m] positions of the turbines.
+      wakes: keys and values of wake settings in the file.
+      notes: content that was not used, and the reasons.
     """
 
     positions: tuple[tuple[float, float], ...]
@@ -57,11 +57,11 @@ def read_layout(path: str | Path, diameter: float) -> Layout:
     """Read the layout of a farm from a FAST.Farm primary file (.fstf), a windIO plant or a FLORIS input (YAML).
 
     Args:
-      path: of the file.
-      diameter: [m] of the rotors.
+      path: layout file.
+      diameter: [m] rotor diameter.
 
     Raises:
-      InputError: with file, key and what is expected there.
+      InputError: with file, key and what was expected.
     """
     file = Path(path)
     if file.suffix.lower() not in (".yaml", ".yml"):
@@ -92,21 +92,21 @@ def read_layout(path: str | Path, diameter: float) -> Layout:
 
 
 def _several(types: Any) -> list[str]:
-    """A note, if a farm names different turbines."""
+    """A note if a farm has different types of turbines."""
     if isinstance(types, list) and len({str(each) for each in types}) > 1:
         return ["it has several types of turbines; all turbines are the one that is given"]
     return []
 
 
 def _tree(path: Path) -> dict[str, Any]:
-    """A YAML file, whose includes are texts."""
+    """Content of a YAML file; includes remain texts."""
     return parse(INCLUDE.sub(r'"!include \1"', read_text(path)), path, "a farm of windIO or FLORIS")
 
 
 def _columns(path: Path, data: Any, where: str, names: tuple[str, str]) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """(turbines, 2) [m] of two lists under the last key of a path."""
-    found = data.get(where.split(".")[-1]) if isinstance(data, dict) else None
-    columns = [found.get(name) if isinstance(found, dict) else None for name in names]
+    """(turbines, 2) [m] positions from two lists under the last key of a path."""
+    content = data.get(where.split(".")[-1]) if isinstance(data, dict) else None
+    columns = [content.get(name) if isinstance(content, dict) else None for name in names]
     for name, column in zip(names, columns, strict=True):
         numbers = isinstance(column, list) and all(
             isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in column
@@ -120,7 +120,7 @@ def _columns(path: Path, data: Any, where: str, names: tuple[str, str]) -> np.nd
 
 
 def _mapped(positions: np.ndarray[Any, np.dtype[np.float64]], notes: list[str]) -> Layout:
-    """Positions on a map: east and north."""
+    """Positions from map coordinates, east and north."""
     notes.append("x is east and y north: wind direction 0 blows from the west, direction 30 deg from 300 deg")
     if np.abs(positions).max() > LARGEST:
         middle = np.round(positions.mean(axis=0))
@@ -147,7 +147,7 @@ def _fast_farm(file: InputFile, diameter: float) -> Layout:
             of_set = " ".join(f"{x:g}" for x in constants)
             notes.append(f"{name} {' '.join(f'{x:g}' for x in given)} is not taken: the set {model} has {of_set}")
     if np.any(table["z"] != 0.0):
-        notes.append("WT_Z is not taken: all turbines stand at the same height")
+        notes.append("WT_Z is not used: all turbines have the same base height")
     notes.append("wind and turbines are those that are given; meltemi import converts the decks of WT_FASTInFile")
     validated(wakes, WakeSettings, f"{file.path}, by DT_Low, f_c, RotorDiamRef or NZ_Low")
     positions = tuple((float(x), float(y)) for x, y in zip(table["x"], table["y"], strict=True))
@@ -171,12 +171,12 @@ def _settings(file: InputFile, diameter: float) -> dict[str, Any]:
 
 
 def _numbers(file: InputFile, name: str) -> tuple[float, ...]:
-    """Values of a keyword; none where it is missing or DEFAULT."""
+    """Values of a keyword; empty where it is missing or DEFAULT."""
     entry = file.find(name)
     words = [] if entry is None else [word.strip("\"'") for word in entry.values]
     if entry is None or any(word.lower() == "default" for word in words):
         return ()
-    found = tuple(number(word) for word in words)
-    if any(value is None for value in found):
+    values = tuple(number(word) for word in words)
+    if any(value is None for value in values):
         raise InputError(f"{file.at(entry.line)}: {name}: expected numbers or DEFAULT, found {' '.join(words)!r}")
-    return found  # type: ignore[return-value]
+    return values  # type: ignore[return-value]

@@ -14,7 +14,7 @@ from meltemi.postprocess.files import read_netcdf, write_netcdf
 
 
 def write_farm(result: FarmResult, folder: str | Path) -> list[Path]:
-    """Write ``turbine_1.nc`` and so on into a folder; returns their paths.
+    """Write ``turbine_1.nc`` and so on into a folder; return their paths.
 
     Raises:
       InputError: a file cannot be written.
@@ -23,7 +23,7 @@ def write_farm(result: FarmResult, folder: str | Path) -> list[Path]:
 
 
 def read_farm(folder: str | Path) -> FarmResult:
-    """Read a farm that :func:`write_farm` wrote; without the paths of its wakes and the wind from above.
+    """Read a farm written by :func:`write_farm`; without the paths of the wakes and the wind over the farm.
 
     Raises:
       InputError: the folder has no farm, a turbine is missing, or its file is damaged.

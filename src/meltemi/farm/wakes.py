@@ -1,7 +1,8 @@
-"""The wakes of a farm in progress: their arrays, and what happens to them at each exchange with the turbines.
+"""Wakes of a running farm: their arrays, and their update at each exchange with the turbines.
 
-Everything is explicit: from one exchange to the next the turbines see planes that drift with constant velocities, and
-the wakes get the mean state of the rotors since the last one. So turbines, and wakes, are independent of each other.
+The coupling is explicit: between exchanges the turbines are exposed to planes that drift with constant velocities, and
+the wakes receive the mean state of the rotors since the last exchange. Turbines and wakes can thus be advanced in
+parallel.
 
 Reference: docs/theory/wakes.md (K-1 to K-9).
 """
@@ -18,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.compiler import View, without_dispatch
-from meltemi.farm.averages import ALONG, AMBIENT, DISTURBED, drift, horizontal, look, rotor_mean, rotor_wind
+from meltemi.farm.averages import ALONG, AMBIENT, DISTURBED, drift, horizontal, rotor_mean, rotor_wind, select_planes
 from meltemi.farm.curled import Curled
 from meltemi.farm.eddies import EDDY_SPACING, eddies_of
-from meltemi.farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, Seen, WakeField, WakePart, Wakes
+from meltemi.farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, VisiblePlanes, WakeField, WakePart, Wakes
 from meltemi.farm.march import Mixing, march
-from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, missed_by
+from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, quadrature_error
 from meltemi.farm.settings import WakeSettings
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
@@ -65,7 +66,7 @@ _FORMS: dict[tuple[Any, ...], Any] = {}
 
 
 def quick(function: Any, *args: Any) -> Any:
-    """Call a kernel in the compiled form of its last call with such arguments, which saves 20 us of looking for it."""
+    """Call a kernel in the compiled form of its last call with such arguments, which saves a look-up of 20 us."""
     key = (function, *map(type, args))
     if key in _FORMS:
         return _FORMS[key](*args)
@@ -82,9 +83,10 @@ def left_of(axis: Float) -> Float:
 
 @cache
 def projection(spacing: float, count: int) -> tuple[Float, Float]:
-    """Radii [m], and the matrix that takes a load per length there to the values at ``count`` equidistant radii.
+    """Radii [m], and the matrix that projects a load per length there to values at ``count`` equidistant radii.
 
-    Linear between these, they have the load's sum and first moment (Galerkin): at the tip it falls within one spacing.
+    The projection, linear in between, preserves the sum and the first moment of the load (Galerkin): at the tip it
+    falls to zero within one spacing.
     """
     x = spacing / FINE * np.arange(FINE * count + 1, dtype=np.float64)
     hats = np.clip(1.0 - np.abs(x - spacing * np.arange(count)[:, None]) / spacing, 0.0, None)
@@ -94,22 +96,22 @@ def projection(spacing: float, count: int) -> tuple[Float, Float]:
 
 
 def mixing_of(model: WakeSet, diameter: float) -> Mixing:
-    """Constants of the march of a set, for a rotor diameter [m]."""
+    """Mixing constants of a wake model for a rotor diameter [m]."""
     names = ("ambient", "power", "shear", "gradient", "slowest", "rotor_wide")
     return Mixing.of(radius=0.5 * diameter, **{name: float(getattr(model, name)) for name in names})
 
 
 @dataclass(frozen=True)
 class RotorState:
-    """What a rotor gives to its wake, a mean over the time since the last exchange.
+    """Mean state of a rotor since the last exchange, the input of its wake.
 
     Attributes:
       hub: (3,) [m] rotor apex, axes of the turbine.
-      shaft: (3,) direction of the rotor's axis, downwind.
+      shaft: (3,) direction of the rotor axis, downwind.
       wind: (3,) [m/s] mean wind over the span of the blades, relative to the hub.
-      radius: (n,) [m] of the nodes, increasing.
+      radius: (n,) [m] radii of the nodes, increasing.
       load: (2, n) [N/m] thrust and driving force of all blades, per length.
-      density: [kg/m^3] of the air.
+      density: [kg/m^3] air density.
     """
 
     hub: Float
@@ -120,28 +122,29 @@ class RotorState:
     density: float
 
     def coefficients(self, r: Float, radius: float, wind: float) -> Float:
-        """(2, R) local coefficients of the load at equidistant radii [m] from 0, for the wind along the axis [m/s]
-        (K-1)."""
+        """(2, R) local load coefficients at equidistant radii [m] from 0, for the wind along the axis [m/s] (K-1)."""
         pressure = self.density * math.pi * max(wind, LEAST_WIND) ** 2
         x, projected = projection(float(r[1]), len(r))
         along = [projected @ np.interp(x, self.radius, load, 0.0, 0.0) for load in self.load]
         local = np.clip(np.array(along) / np.maximum(r, 1e-3) / pressure, [[0.0], [-MOST_THRUST]], MOST_THRUST)
-        return np.where((r > 0.0) & (r < radius + r[1]), local, 0.0)  # a point beyond the tip has a part of it
+        return np.where(
+            (r > 0.0) & (r < radius + r[1]), local, 0.0
+        )  # the projection gives points beyond the tip a share of the load
 
     def mixed(self, other: RotorState, w: float) -> RotorState:
-        """Between this state and another one of the same rotor, by w from one to the other."""
+        """Linear interpolation by w from this state to another one of the same rotor."""
         names = ("hub", "shaft", "wind", "radius", "load")
         return replace(self, **{name: (1.0 - w) * getattr(self, name) + w * getattr(other, name) for name in names})
 
     @property
     def yaw_error(self) -> float:
-        """[rad] from the rotor's axis to the wind, counter-clockwise from above."""
+        """Angle [rad] from the rotor axis to the wind, counter-clockwise from above."""
         n, u = self.shaft, self.wind
         return math.atan2(n[0] * u[1] - n[1] * u[0], n[0] * u[0] + n[1] * u[1])
 
     @property
     def skew(self) -> Float:
-        """(2,) direction cosines of the wind in the rotor's plane, to the left and upwards."""
+        """(2,) direction cosines of the wind in the rotor plane, to the left and upwards."""
         left, u = left_of(self.shaft), self.wind / max(float(np.linalg.norm(self.wind)), LEAST_WIND)
         return np.array([left @ u, np.cross(self.shaft, left) @ u])
 
@@ -165,7 +168,7 @@ class Axisymmetric:
 
     @property
     def reach(self) -> float:
-        """[m] largest radius."""
+        """Largest radius [m]."""
         return float(self.r[-1])
 
     def inlet(self, state: dict[str, Any], radius: float, wind: float) -> Float:
@@ -174,12 +177,12 @@ class Axisymmetric:
         profile[:, 0] = self.model.inlet(self.r, state["load"][0], radius, wind)
         return profile
 
-    def missed(self, diameter: float, rings: int) -> Float:
-        """What averages over points miss of a profile (K-9a)."""
+    def quadrature_error(self, diameter: float, rings: int) -> Float:
+        """Error of averages over points for a profile (K-9a)."""
         average = partial(average_points, self.model, diameter)
-        return missed_by(average(rings), average(FINE_RINGS), self.r)
+        return quadrature_error(average(rings), average(FINE_RINGS), self.r)
 
-    def hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
+    def top_hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
         """Integrals of deficits (planes, points) and of their squares over 2 pi, and the centroids [m] of deficits."""
         r, zero = self.r, np.zeros(len(V))
         return r[1] * (V @ r), r[1] * (V**2 @ r), zero, zero
@@ -193,8 +196,8 @@ class FarmWakes:
       wind: the ambient wind.
       positions: (turbines, 2) [m] in the axes of the wind.
       diameters, hubs: [m] rotor diameters and hub heights.
-      mean: the mean of the wind.
-      step: [s] between exchanges.
+      mean: mean wind.
+      step: [s] interval between exchanges.
     """
 
     def __init__(
@@ -213,8 +216,8 @@ class FarmWakes:
         to, (c, d) = positions[None] - positions[:, None], (math.cos(mean.direction), math.sin(mean.direction))
         along, across = to @ [c, -d], np.maximum(np.abs(to @ [d, c]) - ASIDE * largest, 0.0)
         turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
-        met = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
-        self.reach = np.minimum(met.max(axis=1) + BEYOND * largest, FURTHEST * largest)
+        distance = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
+        self.reach = np.minimum(distance.max(axis=1) + BEYOND * largest, FURTHEST * largest)
         self.spacing = largest / (settings.radial_points or self.model.points)
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
         self.shape = Curled(self.model, self.r, largest) if self.model.curled else Axisymmetric(self.model, self.r)
@@ -239,9 +242,9 @@ class FarmWakes:
         }
         self.mean = mean
         added = float(settings.added_turbulence)
-        seen = shared | {"profile": self.shown}
-        self.parts = [self.shape.part(self._members(seen, x, y, added)) for x, y in positions]
-        own = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies carry no wakes
+        visible = shared | {"profile": self.shown}
+        self.parts = [self.shape.part(self._members(visible, x, y, added)) for x, y in positions]
+        own_members = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies do not advect wakes
         self.observers = [
             self.shape.field("floats", wind_arrays(wind, hub, diameter) | part.members)
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
@@ -249,7 +252,7 @@ class FarmWakes:
         self.boxes = np.full((n, 2, 2), np.inf)
         disk, rings = replace(self.model, windowed=False), settings.rings
         self.fields, self._reach = list[PlaneField](), list[float]()
-        for hub, diameter, members in zip(hubs, diameters, own, strict=True):
+        for hub, diameter, members in zip(hubs, diameters, own_members, strict=True):
             drifting = average_points(self.model, diameter, settings.rings)
             span = average_points(disk, diameter, 5, 1.0)
             span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
@@ -257,7 +260,7 @@ class FarmWakes:
             arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
             self.fields.append(self.shape.planes("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
             self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
-        self._missed = {d: self.shape.missed(d, rings) for d in set(diameters)}
+        self._missed = {d: self.shape.quadrature_error(d, rings) for d in set(diameters)}
         self._averages = (ALONG if self.model.curled else DISTURBED) if self.model.disturbed else AMBIENT
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
@@ -265,12 +268,15 @@ class FarmWakes:
         self._filtered: list[dict[str, Any] | None] = [None] * n
 
     def _members(self, shared: dict[str, Any], x: float, y: float, added: float) -> dict[str, Any]:
-        """Arrays of the wakes for an observer whose axes begin at x and y."""
+        """Arrays of the wakes for an observer with its origin at x and y."""
         wakes = Wakes.of(origin_x=x, origin_y=y, added=added, **self._parameters)
-        return shared | {"wakes": wakes.array, "seen": np.zeros((len(Seen), len(self.positions)), dtype=np.int64)}
+        return shared | {
+            "wakes": wakes.array,
+            "visible": np.zeros((len(VisiblePlanes), len(self.positions)), dtype=np.int64),
+        }
 
     def exchange(self, k: int, rotor: RotorState, t: float) -> None:
-        """Let wake k age to time ``t`` [s] and begin a new plane at its rotor, in the mean state since the last one."""
+        """Advance wake k to time ``t`` [s] and begin a plane at its rotor with the mean state since the last one."""
         m, model = self.fields[k], self.model
         before = int(self.count[k])
         if before:
@@ -287,7 +293,7 @@ class FarmWakes:
         self._begin(k, rotor, t)
 
     def _begin(self, k: int, rotor: RotorState, t: float) -> None:
-        """The plane at the rotor, from filtered states (K-1 to K-3)."""
+        """Set the plane at the rotor from filtered states (K-1 to K-3)."""
         m, model, radius = self.fields[k], self.model, 0.5 * self.diameters[k]
         hub = rotor.hub + np.array([*self.positions[k], 0.0])
         axis = rotor.shaft / np.linalg.norm(rotor.shaft)
@@ -316,13 +322,13 @@ class FarmWakes:
         if old is None:
             planes["axial"][k, 0] = now["ambient"]
         self.profile[k, 0] = self.shape.inlet(now, radius, max(now["relative"], LEAST_WIND))
-        n = int(self.count[k])  # planes keep their profiles while they drift: those of half a step on are shown
+        n = int(self.count[k])  # profiles are constant while planes drift: use those half a step ahead
         np.add(self.profile[k, : n - 1], self.profile[k, 1:n], out=self.shown[k, : n - 1])
         self.shown[k, : n - 1] *= 0.5
         self.shown[k, n - 1] = self.profile[k, n - 1]
 
     def settle(self, k: int, t: float) -> None:
-        """Velocities of the planes of wake k at time ``t`` [s], after all wakes have aged."""
+        """Compute the velocities of the planes of wake k at time ``t`` [s], after all wakes have been advanced."""
         model, m = self.model, self.fields[k]
         m.wakes.time = t
         turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
@@ -330,21 +336,21 @@ class FarmWakes:
         quick(drift, m, k, self.count, near, t, self._averages, self._missed[self.diameters[k]], turn)
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
-        """Choose what turbine i sees of the wakes until the next exchange."""
+        """Select the planes of wakes that turbine i evaluates until the next exchange."""
         m = self.observers[i]
         m.wakes.time = t
         speeds = np.linalg.norm(self.planes["velocity"], axis=0)
         slack = SLACK + self.step * float(speeds.max())
         near = self._others(i, slack)
-        quick(look, m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
+        quick(select_planes, m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
 
     def _boxes(self) -> Float:
-        """(wakes, 2, 2) [m] least and largest x and y of the centres of each wake."""
+        """(wakes, 2, 2) [m] smallest and largest x and y of the centres of each wake."""
         centres = [self.planes["centre"][:2, k, :n] for k, n in enumerate(self.count)]
         return np.array([[centre.min(axis=1), centre.max(axis=1)] for centre in centres])
 
     def _others(self, i: int, slack: float) -> NDArray[np.int64]:
-        """1 for each wake that may meet rotor i, without its own one."""
+        """1 for each wake of another turbine that may meet rotor i."""
         near = self._meeting(np.tile(self.positions[i], (2, 1)), SEEN * self.diameters[i] + slack)
         near[i] = 0
         return near
@@ -356,32 +362,32 @@ class FarmWakes:
         return np.all((low <= box[1]) & (box[0] <= high), axis=1).astype(np.int64)
 
     def _disk(self, i: int, rotor: RotorState) -> tuple[Vec, Vec]:
-        """Centre [m] and direction of a rotor in the farm."""
+        """Centre [m] and axis of a rotor in the farm."""
         hub = rotor.hub + np.array([*self.positions[i], 0.0])
         return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
 
     def rotor_wind(self, i: int, rotor: RotorState, t: float) -> tuple[Float, Float]:
-        """(3,) [m/s] mean wind over the span of rotor i, with the wakes of the others, and without."""
+        """(3,) [m/s] mean wind over the span of rotor i with the wakes of the other turbines, and ambient."""
         m = self.fields[i]
         m.wakes.time = t
         u, v = quick(rotor_mean, m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))
         return np.array([u.x, u.y, u.z]), np.array([v.x, v.y, v.z])
 
     def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
-        """One exchange at time ``t`` [s]: wakes age, begin anew at the rotors, get velocities, and are shown to all."""
+        """One exchange at time ``t`` [s]: advance wakes, begin planes at the rotors, update velocities."""
         together(lambda k: self.exchange(k, rotors[k], t))
         self.boxes = self._boxes()
         together(lambda k: self.settle(k, t))
         together(lambda k: self.show(k, rotors[k], t))
 
     def develop(self, rotor: Callable[[int, float], RotorState], together: Together) -> Float:
-        """Wakes that are developed at time 0, in the wind before; rotors follow their operating points.
+        """Develop the wakes until time 0 in the preceding wind; rotors are at their operating points.
 
         Args:
           rotor: state of a rotor in steady operation, by number and wind speed over that without wakes.
 
         Returns:
-          (turbines,) mean wind along each rotor's axis with the wakes of the others, over that without.
+          (turbines,) ratio of the mean wind along each rotor axis with the wakes of the others to the ambient one.
         """
         n, shares = len(self.count), np.ones(len(self.count))
         self.count[:], self._filtered = 0, [None] * n
@@ -399,17 +405,17 @@ class FarmWakes:
         return shares
 
     def paths(self) -> list[NDArray[np.float32]]:
-        """Centre, travelled path, velocity of the planes of each wake, deficit and radius as top hats: (9, planes)."""
-        p, found = self.planes, list[NDArray[np.float32]]()
+        """(9, planes) centre, travelled path, velocity, and deficit and radius of top hats for each wake."""
+        p, paths = self.planes, list[NDArray[np.float32]]()
         for k, n in enumerate(self.count):
-            flux, square, left, up = self.shape.hats(-self.profile[k, :n, :, 0])
+            flux, square, left, up = self.shape.top_hats(-self.profile[k, :n, :, 0])
             hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
             wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
             axis, side = p["normal"][:, k, :n], left_of(p["normal"][:, k, :n])
             centre = p["centre"][:, k, :n] + left * side + up * np.cross(axis, side, axis=0)
             rows = centre, p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
-            found.append(np.concatenate(rows, dtype=np.float32))
-        return found
+            paths.append(np.concatenate(rows, dtype=np.float32))
+        return paths
 
     def horizontal(self) -> tuple[Float, Float, Float]:
         """Wind speed at hub height over the farm now: x, y [m], (x, y) [m/s]."""

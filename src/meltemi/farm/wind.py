@@ -1,4 +1,4 @@
-"""One ambient wind for a farm: generated over all of it, or a given field that is large enough."""
+"""Ambient wind of a farm: generated over the whole farm, or a given field that is large enough."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ MOST_MEMORY = 4e9
 """[bytes] of a generated field."""
 
 
-def placed(
+def wind_and_positions(
     wind: float | AnyWind, turbines: Sequence[AnyTurbine], positions: Float, duration: float
 ) -> tuple[Wind, Float]:
     """The wind of a farm, and the positions (turbines, 2) [m] in its axes.
 
-    A turbulent wind becomes a periodic field about the middle of the farm, longer than what passes it.
+    A turbulent wind becomes a periodic field centred at the farm, longer than the length that passes during the run.
 
     Args:
-      positions: (turbines, 2) [m] of the layout: also those in the axes of a wind field that is given.
-      duration: [s].
+      positions: (turbines, 2) [m] positions of the layout, also in the axes of a given wind field.
+      duration: [s] simulated time.
 
     Raises:
-      InputError: a field is too small for the farm; the message names the size that it needs.
+      InputError: a field is too small for the farm; the message states the required size.
     """
     if isinstance(wind, int | float):
         return SteadyWind(speed=wind), positions
@@ -59,7 +59,7 @@ def _along(direction: float, positions: Float) -> tuple[Float, Float]:
 
 @lru_cache(maxsize=1)
 def _field(wind: TurbulentWind, grid: WindGrid, duration: float) -> WindBox:
-    """The last field, which a farm with wakes shares with the same one without."""
+    """The last field, which runs of a farm with and without wakes share."""
     return generate_field(wind, grid, duration)
 
 
@@ -71,7 +71,9 @@ def _generated(wind: TurbulentWind, turbines: Sequence[AnyTurbine], positions: F
     points = 2 * math.ceil(0.5 * width * POINTS / diameter) + 1
     grid = wind_grid_for(largest, points, width=width)
     lasts = duration + (float(np.ptp(along)) + 2.0 * ASIDE * diameter) / wind.speed
-    lasts = even_fast(math.ceil(lasts / wind.dt), real=True) * wind.dt  # repeats anyway: a length of fast transforms
+    lasts = (
+        even_fast(math.ceil(lasts / wind.dt), real=True) * wind.dt
+    )  # periodic anyway: a length that is fast to transform
     top = grid.hub_height + 1.2 * 0.5 * diameter + ASIDE * 0.25 * diameter
     grid = grid.replace(points_z=min(grid.points_z, math.ceil((top - grid.bottom) / grid.dz) + 1))
     size = 12.0 * lasts / wind.dt * grid.points_y * grid.points_z
@@ -87,7 +89,7 @@ def _generated(wind: TurbulentWind, turbines: Sequence[AnyTurbine], positions: F
 
 
 def _check(wind: WindBox | SharedTurbulence, turbines: Sequence[AnyTurbine], positions: Float, duration: float) -> None:
-    """Refuse a field that is too narrow, low or short for a farm."""
+    """Reject a field that is too narrow, low or short for a farm."""
     box, direction = (wind, wind.direction) if isinstance(wind, WindBox) else (wind.field, wind.mean.direction)
     along, across = _along(direction, positions)
     radii = np.array([t.rotor_radius for t in turbines])
@@ -100,7 +102,7 @@ def _check(wind: WindBox | SharedTurbulence, turbines: Sequence[AnyTurbine], pos
         problems.append(f"it reaches up to {box.top:g} m, the rotors to {high:.0f} m")
     if not box.periodic and float(along.max()) > box.lead:
         problems.append(
-            f"it begins {box.lead:g} m downwind of its origin, the last turbine stands at {along.max():.0f} m: place "
+            f"it begins {box.lead:g} m downwind of its origin, the last turbine is at {along.max():.0f} m: place "
             "the farm upwind (negative x), or make the field periodic"
         )
     period, needed = box.duration * box.speed, float(np.ptp(along))

@@ -17,7 +17,7 @@ from meltemi.control.constant import ConstantController
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.floating.floater import MOTIONS, FloaterPart
 from meltemi.floating.waves import excitation
-from meltemi.sea.airy import Components
+from meltemi.sea.airy import WaveComponents
 from meltemi.sea.irregular import IrregularSea
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
@@ -126,7 +126,7 @@ def linear_operators(
     highest = float(part.coefficients.frequency[-1])
     found = resonances(linear, highest)
     w = resonant_frequencies(found, highest) if frequency is None else frequency
-    waves = Components(w, np.ones(len(w), dtype=np.complex128), np.full(len(w), -direction), None)
+    waves = WaveComponents(w, np.ones(len(w), dtype=np.complex128), np.full(len(w), -direction), None)
     scale = part.platform.water_density * model.environment.gravity
     X = scale * excitation(part.coefficients, waves)
     value = np.einsum("foi,fi->fo", wave_driven(linear, part).response(1j * w), X)

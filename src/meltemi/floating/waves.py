@@ -16,7 +16,7 @@ from scipy.spatial.transform import Rotation
 from meltemi.core.errors import InputError
 from meltemi.floating.platform import Platform
 from meltemi.floating.potential import Coefficients
-from meltemi.sea.airy import Components, wave_number
+from meltemi.sea.airy import WaveComponents, wave_number
 from meltemi.sea.field import amplitudes_at, repeats, summed, times
 
 Float = NDArray[np.float64]
@@ -68,7 +68,7 @@ def displaced_forces(
     size = np.abs(waves.amplitude)
     some = (size > FEWEST * size.max(initial=0.0)) & (waves.frequency <= c.frequency[-1])
     beta = waves.direction[some]
-    waves = Components(waves.frequency[some], waves.amplitude[some], beta, waves.period)
+    waves = WaveComponents(waves.frequency[some], waves.amplitude[some], beta, waves.period)
     k = wave_number(waves.frequency, platform.depth, gravity)
     amplitude = platform.water_density * gravity * amplitudes_at(waves, k, origin)
     force = np.zeros((HEADINGS, len(k), 12))
@@ -96,7 +96,7 @@ def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) ->
     return platform.water_density * gravity * second_order("drift", c, platform, waves, waves.amplitude)[0]
 
 
-def excitation(c: Coefficients, waves: Components) -> Complex:
+def excitation(c: Coefficients, waves: WaveComponents) -> Complex:
     """(M, 6) force per amplitude over density and gravity, linear between frequencies and headings (W-9).
 
     Raises:
@@ -124,8 +124,8 @@ def excitation(c: Coefficients, waves: Components) -> Complex:
 
 
 def second_order(
-    kind: Literal["drift", "sums"], c: Coefficients, platform: Platform, waves: Components, amplitude: Complex
-) -> tuple[Float, Components, Complex]:
+    kind: Literal["drift", "sums"], c: Coefficients, platform: Platform, waves: WaveComponents, amplitude: Complex
+) -> tuple[Float, WaveComponents, Complex]:
     """Mean forces (6,) over density and gravity, differences or sums of frequencies, and forces (6, P) there (W-11,
     W-29, W-38).
 
@@ -144,7 +144,7 @@ def second_order(
     if plus:
         used, twice, other = np.tri(len(w), dtype=bool), 2.0 - np.eye(len(w)), a
     still = np.zeros(int(used.sum()))
-    further = Components(apart[used], still.astype(np.complex128), still, waves.period)
+    further = WaveComponents(apart[used], still.astype(np.complex128), still, waves.period)
     F, pairs = np.zeros(6), np.zeros((6, len(still)), dtype=np.complex128)
     if not len(w):
         return F, further, pairs

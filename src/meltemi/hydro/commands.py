@@ -24,7 +24,7 @@ def hydro(
     step: Annotated[float, "--heading-step", "Between directions of waves [deg].", Range(0, 360, above=True)] = 10.0,
     out: OutOption = Path("out"),
 ) -> None:
-    """Compute added mass, damping and excitation of a platform by Capytaine; writes files that coefficients: reads."""
+    """Compute added mass, damping and excitation of a platform by Capytaine; writes files for ``coefficients:``."""
     from meltemi.core.extras import need
     from meltemi.core.yamlfile import read_record
     from meltemi.hydro.hull import Hull
@@ -34,18 +34,18 @@ def hydro(
     from meltemi.hydro.wamit import wamit_texts
 
     need("meltemi hydro", "capytaine")
-    found = read_record(hull, Hull)
+    record = read_record(hull, Hull)
     size = panel
     if not size > 0.0:
-        low, high = found.bounds()
-        size = float(np.sqrt(contour(found.distance, low, high, 0.05 * float(np.max(high - low))).area / PANELS))
-    panels = panels_of(found, size)
-    volume, centre, stiffness = hydrostatics(found, size)
+        low, high = record.bounds()
+        size = float(np.sqrt(contour(record.distance, low, high, 0.05 * float(np.max(high - low))).area / PANELS))
+    panels = panels_of(record, size)
+    volume, centre, stiffness = hydrostatics(record, size)
     frequency = 2.0 * np.pi / shortest * np.arange(1, frequencies + 1) / frequencies
     heading = np.linspace(-180.0, 180.0, round(360.0 / step) + 1)
     say(f"{len(panels.faces)} panels of {size:.3g} m, {frequencies} periods from {shortest:g} s")
     with progress_bar("potential flow") as progress:
-        c = coefficients_of(found, panels, frequency, heading, stiffness, progress)
+        c = coefficients_of(record, panels, frequency, heading, stiffness, progress)
     files = []
     for end, text in wamit_texts(c).items():
         files.append(out / f"{hull.stem}{end}")
@@ -59,7 +59,7 @@ def hydro(
     head = ["period [s]", *(f"added {m} [{u}]" for m, u in (("surge", "m^3"), ("heave", "m^3"), ("pitch", "m^5")))]
     head += [f"excitation {m} [{u}]" for m, u in (("surge", "m^2"), ("heave", "m^2"), ("pitch", "m^3"))]
     print_table(f"{hull.stem}, over density (and gravity)", head, rows)
-    mass, force = change_by_panels(found, c, size)
+    mass, force = change_by_panels(record, c, size)
     say(
         f"volume: {volume:.6g}  # m^3\nbuoyancy_centre: [{centre[0]:.4f}, {centre[1]:.4f}]  # m\n"
         f"With panels 1.4 times as large added mass changes by {100.0 * mass:.2g} %, excitation by "

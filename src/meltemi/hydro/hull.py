@@ -1,4 +1,4 @@
-"""A hull of round members and boxes: description, and its distance function.
+"""Hull of circular members and boxes: description and distance function.
 
 Reference: docs/theory/floating.md (W-35).
 """
@@ -23,11 +23,11 @@ class Box(Record):
     start: Vector
     """(3,) [m] middle of one end: x, y, and height above still water."""
     end: Vector
-    """(3,) [m] of the other end."""
+    """(3,) [m] middle of the other end."""
     width: float = Field(gt=0.0)
-    """[m] horizontal."""
+    """[m] horizontal width."""
     height: float = Field(gt=0.0)
-    """[m] across axis and width."""
+    """[m] height, normal to axis and width."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -40,12 +40,12 @@ class Box(Record):
 
 
 class Hull(Record):
-    """What potential flow sees of a platform: members and boxes may overlap, and are one body."""
+    """Hull of a platform for potential flow: members and boxes may overlap and form one body."""
 
     depth: float = Field(gt=1.0)
-    """[m] of the water."""
+    """[m] water depth."""
     members: tuple[Member, ...] = ()
-    """Round columns, pontoons and plates, as of a platform; of columns the part above water is left out."""
+    """Circular columns, pontoons and plates, as of a platform; the part of columns above water is ignored."""
     boxes: tuple[Box, ...] = ()
     """Pontoons and plates of rectangular section."""
     source: str = ""
@@ -69,17 +69,17 @@ class Hull(Record):
         return low, high
 
     def distance(self, x: Float) -> Float:
-        """(...) [m] at places (..., 3): zero on the surface, negative inside; near the surface the distance (W-35)."""
+        """(...) [m] signed distance at points (..., 3): zero on the surface, negative inside, exact near it (W-35)."""
         parts = [_round(each, x) for each in self.members] + [_box(each, x) for each in self.boxes]
-        found: Float = np.min(parts, axis=0)
-        return found
+        distance: Float = np.min(parts, axis=0)
+        return distance
 
 
 def _aside(a: Float, b: Float) -> Float:
-    """(3,) share of the half diameter by which a member exceeds its axis along x, y, z."""
+    """(3,) extent of a member beyond its axis along x, y, z, over its radius."""
     e = (b - a) / np.linalg.norm(b - a)
-    found: Float = np.sqrt(np.maximum(1.0 - e**2, 0.0))
-    return found
+    shares: Float = np.sqrt(np.maximum(1.0 - e**2, 0.0))
+    return shares
 
 
 def _round(member: Member, x: Float) -> Float:
@@ -90,8 +90,8 @@ def _round(member: Member, x: Float) -> Float:
     first, last = member.diameters
     slope = 0.5 * (last - first) / length
     radial = np.sqrt(np.maximum(np.einsum("...i,...i->...", r, r) - s**2, 0.0)) - 0.5 * first - slope * s
-    found: Float = np.maximum(radial / np.sqrt(1.0 + slope**2), np.maximum(-s, s - length))
-    return found
+    distance: Float = np.maximum(radial / np.sqrt(1.0 + slope**2), np.maximum(-s, s - length))
+    return distance
 
 
 def _box(box: Box, x: Float) -> Float:
@@ -100,7 +100,7 @@ def _box(box: Box, x: Float) -> Float:
     side = np.array([-e[1], e[0], 0.0]) / np.hypot(e[0], e[1])
     r = x - 0.5 * (box.start + box.end)
     sizes = (float(np.linalg.norm(way)), box.width, box.height)
-    found: Float = np.max(
+    distance: Float = np.max(
         [np.abs(r @ d) - 0.5 * n for d, n in zip((e, side, np.cross(e, side)), sizes, strict=True)], axis=0
     )
-    return found
+    return distance

@@ -34,7 +34,7 @@ class Panels:
     """Panels with normals into the water.
 
     Attributes:
-      vertices: (V, 3) [m].
+      vertices: (V, 3) [m] coordinates.
       faces: (P, 4) indices of vertices; a triangle repeats one.
     """
 
@@ -56,34 +56,34 @@ class Panels:
 
     @property
     def area(self) -> float:
-        """[m^2]."""
+        """Area [m^2] of the panels."""
         a, b, c, d = (self.vertices[self.faces[:, k]] for k in range(4))
         return float(0.5 * np.linalg.norm(np.cross(c - a, d - b), axis=1).sum())
 
 
 def panels_of(hull: Hull, size: float) -> Panels:
-    """Panels of a size [m], which displace as much as the hull: the surface is moved outwards by a little (W-36)."""
+    """Panels of a size [m] with the displacement of the hull: the surface is moved slightly outwards (W-36)."""
     plain = contour(hull.distance, *hull.bounds(), size)
     offset = (hull_moments(hull, size)[0] - plain.moments()[0]) / plain.area
     return contour(lambda x: hull.distance(x) - offset, *hull.bounds(), size)
 
 
 def hull_moments(hull: Hull, size: float) -> Float:
-    """(10,) as of :meth:`Panels.moments`, extrapolated from two finer grids, whose error is of second order (W-36)."""
+    """(10,) moments as of :meth:`Panels.moments`, extrapolated from two finer grids with second-order error (W-36)."""
     coarse, fine = (contour(hull.distance, *hull.bounds(), size / n).moments() for n in FINE)
     return fine + (fine - coarse) / ((FINE[1] / FINE[0]) ** 2 - 1.0)
 
 
 def contour(distance: Callable[[Float], Float], low: Float, high: Float, size: float) -> Panels:
-    """Panels on the surface where a function of places is zero, below still water (W-35).
+    """Panels on the surface where a function of position is zero, below still water (W-35).
 
     Args:
-      distance: negative inside.
-      low, high: (3,) [m] box with all of the surface.
-      size: [m] of the cells.
+      distance: function that is negative inside.
+      low, high: (3,) [m] box that encloses the surface.
+      size: [m] size of the cells.
 
     Raises:
-      InputError: there are more cells than fit in memory.
+      InputError: the number of cells exceeds the memory.
     """
     span = np.maximum(high, 0.0) - low
     if not (count := float(np.prod(span[:2] / size + 3.0)) * (-low[2] / size + 2.0)) <= MOST_CELLS:
@@ -107,7 +107,7 @@ def contour(distance: Callable[[Float], Float], low: Float, high: Float, size: f
         first = np.moveaxis(inside, axis, 0)
         crossed = np.moveaxis(first[1:] != first[:-1], 0, axis)
         at = np.argwhere(crossed)
-        outward = ~inside[tuple(at.T)]  # seen along the axis, from the water into the hull
+        outward = ~inside[tuple(at.T)]  # viewed along the axis, from the water into the hull
         step = np.eye(3, dtype=np.int64)[axis]
         a, b = grid[tuple(at.T)], grid[tuple((at + step).T)]
         x = _crossing(distance, a, b, outward)
@@ -135,7 +135,7 @@ def contour(distance: Callable[[Float], Float], low: Float, high: Float, size: f
 
 
 def _crossing(distance: Callable[[Float], Float], a: Float, b: Float, outward: NDArray[np.bool_]) -> Float:
-    """Places on edges from a to b where the distance is zero, by bisection; the end a is outside where ``outward``."""
+    """Points on edges from a to b where the distance is zero, by bisection; end a is outside where ``outward``."""
     for _ in range(BISECTIONS):
         middle = 0.5 * (a + b)
         as_a = ((distance(middle) >= 0.0) == outward)[:, None]
@@ -145,12 +145,12 @@ def _crossing(distance: Callable[[Float], Float], a: Float, b: Float, outward: N
 
 def _gradient(distance: Callable[[Float], Float], x: Float, h: float) -> Float:
     slopes = np.stack([distance(x + h * e) - distance(x - h * e) for e in np.eye(3)], axis=-1)
-    found: Float = slopes / np.maximum(np.linalg.norm(slopes, axis=-1, keepdims=True), 1e-300)
-    return found
+    gradient: Float = slopes / np.maximum(np.linalg.norm(slopes, axis=-1, keepdims=True), 1e-300)
+    return gradient
 
 
 def _vertices(cell: NDArray[np.int64], place: Float, normal: Float, count: int) -> Float:
-    """(count, 3) least squares of the distances from the tangent planes in each cell, nearest to the mean place."""
+    """(count, 3) least-squares intersection of the tangent planes in each cell, closest to the mean crossing."""
     many = np.bincount(cell, minlength=count)[:, None]
     mean = np.stack([np.bincount(cell, place[:, k], count) for k in range(3)], axis=1) / many
     A, r = np.zeros((count, 3, 3)), np.zeros((count, 3))

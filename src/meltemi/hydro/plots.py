@@ -1,4 +1,4 @@
-"""Figure of coefficients of potential flow."""
+"""Figure of potential-flow coefficients."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FAINTEST = 1e-3
 def plot_coefficients(title: str, c: Coefficients) -> Figure:
     """Added mass and damping over density, and excitation in waves along x over density and gravity, over period.
 
-    Phases are those by which the force leads the crest of the wave at the origin.
+    Phases are those by which the force leads the wave crest at the origin.
     """
     figure, axes = new_figure(3, 4, size=(14.0, 7.5), share=True)
     T, along = 2.0 * np.pi / c.frequency, int(np.argmin(np.abs(c.heading)))

@@ -1,4 +1,4 @@
-"""Coefficients of potential flow about a hull, by Capytaine.
+"""Potential-flow coefficients of a hull, by Capytaine.
 
 Reference: docs/theory/floating.md (W-1, W-17, W-36, W-37).
 """
@@ -32,7 +32,7 @@ def hydrostatics(hull: Hull, size: float) -> tuple[float, Float, Float]:
     """Volume [m^3], its centre (3,) [m], and stiffness (6, 6) over density and gravity (W-17, W-36).
 
     Args:
-      size: [m] of the panels; the grids of the integrals are finer.
+      size: [m] size of the panels; the grids of the integrals are finer.
     """
     V, x, y, z, area, area_y, area_x, yy, xx, xy = hull_moments(hull, size)
     C = np.zeros((6, 6))
@@ -53,7 +53,7 @@ def coefficients_of(
     """Added mass, damping and excitation of a hull (W-37).
 
     Args:
-      frequency: (F,) [rad/s]; heading: (H,) [deg] of the waves' travel, counter-clockwise from x.
+      frequency: (F,) [rad/s]; heading: (H,) [deg] direction of wave travel, counter-clockwise from x.
       hydrostatic: (6, 6) as of :func:`hydrostatics`.
       progress: callback with the completed fraction.
 
@@ -77,15 +77,15 @@ def coefficients_of(
         depth = inf if n == len(frequency) or k[n] * hull.depth > DEEP else hull.depth
         wave = water | {"omega": w, "water_depth": depth}
         moved = [capytaine.RadiationProblem(radiating_dof=name, **wave) for name in names]
-        for j, found in enumerate(_solved(solver, moved)):
-            added[n, :, j] = [found.added_masses[name] for name in names]
-            damping[n, :, j] = [found.radiation_dampings[name] for name in names]
+        for j, solution in enumerate(_solved(solver, moved)):
+            added[n, :, j] = [solution.added_masses[name] for name in names]
+            damping[n, :, j] = [solution.radiation_dampings[name] for name in names]
         if n < len(frequency):
             waves = [capytaine.DiffractionProblem(wave_direction=b, **wave) for b in np.radians(heading)]
-            for j, (problem, found) in enumerate(zip(waves, _solved(solver, waves), strict=True)):
+            for j, (problem, solution) in enumerate(zip(waves, _solved(solver, waves), strict=True)):
                 undisturbed = froude_krylov_force(problem)
-                # its time is e^{-i w t}
-                excitation[n, j] = np.conj([undisturbed[name] + found.forces[name] for name in names]) / GRAVITY
+                # Capytaine's time dependence is e^{-i w t}
+                excitation[n, j] = np.conj([undisturbed[name] + solution.forces[name] for name in names]) / GRAVITY
         if progress is not None:
             progress((n + 1.0) / (len(frequency) + 1.0))
     added = 0.5 * (added + added.transpose(0, 2, 1))
@@ -94,28 +94,28 @@ def coefficients_of(
 
 
 def _solved(solver: Any, problems: list[Any]) -> list[Any]:
-    found: list[Any] = solver.solve_all(problems, progress_bar=False, keep_details=False)
-    return found
+    solutions: list[Any] = solver.solve_all(problems, progress_bar=False, keep_details=False)
+    return solutions
 
 
 def change_by_panels(hull: Hull, c: Coefficients, size: float) -> tuple[float, float]:
-    """Change of added mass and of excitation, over their largest values, with panels ``COARSER`` times as large.
+    """Relative change of added mass and excitation with panels ``COARSER`` times as large.
 
-    At the middle of the frequencies, of surge, heave and pitch and in waves along x.
+    Evaluated at the middle frequency, for surge, heave and pitch and for waves along x, relative to the largest values.
     """
     middle = slice(len(c.frequency) // 2, len(c.frequency) // 2 + 1)
     along = [int(np.argmin(np.abs(c.heading)))]
     coarse = coefficients_of(
         hull, panels_of(hull, COARSER * size), c.frequency[middle], c.heading[along], c.hydrostatic
     )
-    own = replace(c, added_mass=c.added_mass[middle], excitation=c.excitation[middle][:, along])
+    fine = replace(c, added_mass=c.added_mass[middle], excitation=c.excitation[middle][:, along])
     modes = [0, 2, 4]
-    A, A0 = (x.added_mass[0][modes, modes] for x in (own, coarse))
-    X, X0 = (np.abs(x.excitation[0, 0][modes]) for x in (own, coarse))
+    A, A0 = (x.added_mass[0][modes, modes] for x in (fine, coarse))
+    X, X0 = (np.abs(x.excitation[0, 0][modes]) for x in (fine, coarse))
     largest = np.abs(c.excitation[:, along][..., modes]).max(axis=(0, 1))
     return float(np.abs(A0 / A - 1.0).max()), float((np.abs(X0 - X) / largest).max())
 
 
 def shortest_period(size: float) -> float:
-    """[s] of the waves with ``PER_WAVE`` panels along them, in deep water."""
+    """Period [s] of deep-water waves with ``PER_WAVE`` panels per wavelength."""
     return float(np.sqrt(2.0 * np.pi * PER_WAVE * size / GRAVITY))

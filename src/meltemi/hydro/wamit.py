@@ -1,4 +1,4 @@
-"""Files of WAMIT from coefficients.
+"""WAMIT files from potential-flow coefficients.
 
 Reference: docs/theory/floating.md (W-1, W-2); WAMIT user manual, chapter 4.
 """
@@ -13,7 +13,7 @@ from meltemi.floating.potential import Coefficients
 
 
 def wamit_texts(c: Coefficients) -> dict[str, str]:
-    """Files .1, .3, .hst, .12d and .12s, of reference length 1 m; zero frequency has the added mass of the lowest."""
+    """Files .1, .3, .hst, .12d, .12s with reference length 1 m; zero frequency has the added mass of the lowest."""
     modes = [(i, j) for i in range(6) for j in range(6)]
     period = (2.0 * np.pi / c.frequency).tolist()
     rows = [
@@ -44,7 +44,7 @@ def wamit_texts(c: Coefficients) -> dict[str, str]:
 
 
 def _polar(z: complex) -> list[float]:
-    """Modulus, phase [deg], real and imaginary part, as WAMIT prints them."""
+    """Modulus, phase [deg], real and imaginary part, in the format of WAMIT."""
     return [float(abs(z)), float(np.degrees(np.angle(z))), float(z.real), float(z.imag)]
 
 

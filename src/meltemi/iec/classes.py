@@ -96,15 +96,15 @@ class WindClass(Record):
 
 
 def _standard_classes(edition: Edition) -> dict[str, WindClass]:
-    found: dict[str, WindClass] = {}
+    classes: dict[str, WindClass] = {}
     for roman, v_ref in V_REF[edition].items():
         for category, i_ref in I_REF[edition].items():
             a = SLOPE[category] if edition == 2 else None
             name = roman + category
-            found[name] = WindClass(name=name, edition=edition, v_ref=v_ref, i_ref=i_ref, a=a)
+            classes[name] = WindClass(name=name, edition=edition, v_ref=v_ref, i_ref=i_ref, a=a)
             if edition == 4:
-                found[name + "T"] = found[name].replace(name=name + "T", v_storm=V_REF_TROPICAL)
-    return found
+                classes[name + "T"] = classes[name].replace(name=name + "T", v_storm=V_REF_TROPICAL)
+    return classes
 
 
 CLASSES: dict[Edition, dict[str, WindClass]] = {edition: _standard_classes(edition) for edition in EDITIONS}
@@ -117,13 +117,13 @@ def wind_class(name: str, edition: Edition = 3) -> WindClass:
     Args:
       name: class and turbulence category: ``IA`` to ``IIIC``; edition 2 has ``IVA`` and ``IVB``, too, but no C;
         edition 4 has A+ as well, and ``IIBT`` for areas with tropical cyclones.
-      edition: of IEC 61400-1: 2, 3 or 4.
+      edition: edition of IEC 61400-1: 2, 3 or 4.
 
     Returns:
       The class, with its reference speed and turbulence.
 
     Raises:
-      InputError: no such class or edition.
+      InputError: the class or edition does not exist.
 
     Source: IEC 61400-1, clause 6.2, table 1 of each edition.
     """
@@ -162,15 +162,15 @@ def sigma_ntm(
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class.
-      edition: of the name: 2, 3 or 4; 3 by default.
-      intensity: of the longitudinal component [-], in place of the class's turbulence.
+      wind_class: name of the class, or a user-defined class.
+      edition: edition of a class given by name: 2, 3 or 4; 3 by default.
+      intensity: intensity of the longitudinal component [-], in place of that of the class.
 
     Returns:
       sigma_1 [m/s]: I_ref (0.75 V_hub + 5.6 m/s); in edition 2 I_15 (15 m/s + a V_hub) / (a + 1).
 
     Raises:
-      InputError: unknown class, or no such speed or intensity.
+      InputError: the class is unknown, or the speed or intensity is invalid.
 
     Source: ed. 3, clause 6.3.1.3, eq. 11; ed. 4, clause 6.3.2; ed. 2, clause 6.3.1.3.
     """
@@ -194,14 +194,14 @@ def sigma_etm(speed: float, wind_class: str | WindClass, *, edition: Edition | N
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class.
-      edition: of the name: 3 (default) or 4.
+      wind_class: name of the class, or a user-defined class.
+      edition: edition of a class given by name: 3 (default) or 4.
 
     Returns:
       sigma_1 [m/s]: c I_ref (0.072 (V_ave / c + 3) (V_hub / c - 4) + 10), c = 2 m/s.
 
     Raises:
-      InputError: unknown class, no such speed, or edition 2, which has no such model.
+      InputError: the class is unknown, the speed is invalid, or edition 2, which has no such model.
 
     Source: ed. 3, clause 6.3.2.3, eq. 19; ed. 4, clause 6.3.3.
     """
@@ -217,10 +217,10 @@ def extreme_speed(
     """Speed of the extreme wind speed model at hub height.
 
     Args:
-      wind_class: its name, or a user-defined class.
+      wind_class: name of the class, or a user-defined class.
       years: recurrence period: 1 or 50.
       steady: the 3 s gust of the steady model; if not, the 10 min mean of the turbulent one.
-      edition: of the name: 2, 3 or 4; 3 by default.
+      edition: edition of a class given by name: 2, 3 or 4; 3 by default.
 
     Returns:
       V_e50 = 1.4 V_ref or V_e1 = 0.8 V_e50; V_50 = V_ref or V_1 = 0.8 V_50 [m/s].

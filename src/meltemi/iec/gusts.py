@@ -62,14 +62,14 @@ def eog(
     """Extreme operating gust: V(z) - 0.37 V_gust sin(3 pi t / T) (1 - cos(2 pi t / T)).
 
     Args:
-      turbine: whose hub height and rotor diameter count.
+      turbine: turbine, for its hub height and rotor diameter.
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class.
-      edition: of the name: 2, 3 or 4; 3 by default.
+      wind_class: name of the class, or a user-defined class.
+      edition: edition of a class given by name: 2, 3 or 4; 3 by default.
       years: recurrence period of the gust, 1 or 50: edition 2 alone, where it must be given.
-      intensity: of turbulence [-], in place of the class's.
-      begin: [s] of the gust.
-      direction: [rad] of the wind, clockwise seen from above.
+      intensity: turbulence intensity [-], in place of that of the class.
+      begin: [s] begin of the gust.
+      direction: [rad] wind direction, clockwise seen from above.
 
     Returns:
       The series, with T = 10.5 s (50 years of edition 2: 14 s) and
@@ -77,7 +77,7 @@ def eog(
       model; in edition 2 beta sigma_1 / (1 + 0.1 D / Lambda_1), beta = 4.8 and 6.4 for 1 and 50 years.
 
     Raises:
-      InputError: unknown class, no such speed or begin, years missing or of another edition.
+      InputError: the class is unknown, the speed or begin is invalid, years missing or of another edition.
 
     Source: ed. 3, clause 6.3.2.2, eq. 17 and 18; ed. 4, clause 6.3.3; ed. 2, clause 6.3.2.2.
     """
@@ -113,15 +113,15 @@ def edc(  # noqa: PLR0913 - quantities that the standard names
     """Extreme direction change: the wind direction changes by theta_e within 6 s, permanently.
 
     Args:
-      turbine: whose hub height and rotor diameter count.
+      turbine: turbine, for its hub height and rotor diameter.
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class.
+      wind_class: name of the class, or a user-defined class.
       sign: +1 turns the wind clockwise seen from above, -1 counter-clockwise.
-      edition: of the name: 2, 3 or 4; 3 by default.
+      edition: edition of a class given by name: 2, 3 or 4; 3 by default.
       years: recurrence period, 1 or 50: edition 2 alone, where it must be given.
-      intensity: of turbulence [-], in place of the class's.
-      begin: [s] of the change.
-      direction: [rad] of the wind, clockwise seen from above.
+      intensity: turbulence intensity [-], in place of that of the class.
+      begin: [s] begin of the change.
+      direction: [rad] wind direction, clockwise seen from above.
 
     Returns:
       The series, with 0.5 theta_e (1 - cos(pi t / T)) and
@@ -129,7 +129,7 @@ def edc(  # noqa: PLR0913 - quantities that the standard names
       and 6.4 for 1 and 50 years in place of 4.
 
     Raises:
-      InputError: unknown class, no such speed, sign or begin, years missing or of another edition.
+      InputError: the class is unknown, the speed, sign or begin is invalid, years missing or of another edition.
 
     Source: ed. 3, clause 6.3.2.4, eq. 20 and 21; ed. 4, clause 6.3.3; ed. 2, clause 6.3.2.3.
     """
@@ -155,22 +155,23 @@ def ecd(
     """Extreme coherent gust with direction change: increase by V_cg and theta_cg within 10 s, permanently.
 
     Args:
-      turbine: whose hub height counts.
+      turbine: turbine, for its hub height.
       speed: V_hub [m/s].
       sign: +1 turns the wind clockwise seen from above, -1 counter-clockwise.
       gust: V_cg [m/s], 15 in the standard.
       change: theta_cg [rad], zero or more; by default that of the standard.
-      begin: [s] of the change.
-      direction: [rad] of the wind, clockwise seen from above.
+      begin: [s] begin of the change.
+      direction: [rad] wind direction, clockwise seen from above.
 
     Returns:
       The series, with 0.5 V_cg (1 - cos(pi t / T)) added at all heights, 0.5 theta_cg (1 - cos(pi t / T)), and
       theta_cg = 180 degrees below 4 m/s, 720 degrees m/s over V_hub above.
 
     Raises:
-      InputError: no such speed, sign or begin.
+      InputError: the speed, sign or begin is invalid.
 
-    Source: ed. 3, clause 6.3.2.5, eq. 22 to 25; the same in editions 2 (6.3.2) and 4 (6.3.3). It depends on no class.
+    Source: ed. 3, clause 6.3.2.5, eq. 22 to 25; the same in editions 2 (6.3.2) and 4 (6.3.3). It is independent of the
+      class.
     """
     v_hub = positive_speed("ECD", speed)
     if not -v_hub < gust < math.inf:
@@ -188,18 +189,19 @@ def ecg(turbine: AnyTurbine, speed: float, *, begin: float = BEGIN, direction: f
     """Extreme coherent gust of edition 2: increase by 15 m/s within 10 s, permanently.
 
     Args:
-      turbine: whose hub height counts.
+      turbine: turbine, for its hub height.
       speed: V_hub [m/s].
-      begin: [s] of the gust.
-      direction: [rad] of the wind, clockwise seen from above.
+      begin: [s] begin of the gust.
+      direction: [rad] wind direction, clockwise seen from above.
 
     Returns:
       The series, with 0.5 V_cg (1 - cos(pi t / T)) added at all heights.
 
     Raises:
-      InputError: no such speed or begin.
+      InputError: the speed or begin is invalid.
 
-    Source: ed. 2, clause 6.3.2.4. Later editions have it no more; their ECD has the same gust. It depends on no class.
+    Source: ed. 2, clause 6.3.2.4. Later editions do not have it; their ECD has the same gust. It is independent of the
+      class.
     """
     v_hub = positive_speed("ECG", speed)
     return _series(
@@ -221,21 +223,21 @@ def ews_horizontal(
     """Extreme wind shear, horizontal: a transient linear shear across the rotor of 12 s.
 
     Args:
-      turbine: whose hub height and rotor diameter count.
+      turbine: turbine, for its hub height and rotor diameter.
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class.
+      wind_class: name of the class, or a user-defined class.
       sign: +1 makes the wind faster to the left looking downwind (+y), -1 to the right.
-      edition: of the name: 2, 3 or 4; 3 by default.
-      intensity: of turbulence [-], in place of the class's.
-      begin: [s] of the transient.
-      direction: [rad] of the wind, clockwise seen from above.
+      edition: edition of a class given by name: 2, 3 or 4; 3 by default.
+      intensity: turbulence intensity [-], in place of that of the class.
+      begin: [s] begin of the transient.
+      direction: [rad] wind direction, clockwise seen from above.
 
     Returns:
       The series, with the speed
       V(z) +- (y / D) (2.5 m/s + 0.2 beta sigma_1 (D / Lambda_1)^(1/4)) (1 - cos(2 pi t / T)), beta = 6.4.
 
     Raises:
-      InputError: unknown class, no such speed, sign or begin.
+      InputError: the class is unknown, or the speed, sign or begin is invalid.
 
     Source: ed. 3, clause 6.3.2.6, eq. 27; the same in editions 2 (6.3.2) and 4 (6.3.3) but for sigma_1 and Lambda_1.
     """
@@ -258,21 +260,21 @@ def ews_vertical(
     """Extreme wind shear, vertical: a transient linear shear of 12 s, added to the normal profile.
 
     Args:
-      turbine: whose hub height and rotor diameter count.
+      turbine: turbine, for its hub height and rotor diameter.
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class.
+      wind_class: name of the class, or a user-defined class.
       sign: +1 makes the wind faster above the hub, -1 below.
-      edition: of the name: 2, 3 or 4; 3 by default.
-      intensity: of turbulence [-], in place of the class's.
-      begin: [s] of the transient.
-      direction: [rad] of the wind, clockwise seen from above.
+      edition: edition of a class given by name: 2, 3 or 4; 3 by default.
+      intensity: turbulence intensity [-], in place of that of the class.
+      begin: [s] begin of the transient.
+      direction: [rad] wind direction, clockwise seen from above.
 
     Returns:
       The series, with the speed
       V(z) +- ((z - z_hub) / D) (2.5 m/s + 0.2 beta sigma_1 (D / Lambda_1)^(1/4)) (1 - cos(2 pi t / T)), beta = 6.4.
 
     Raises:
-      InputError: unknown class, no such speed, sign or begin.
+      InputError: the class is unknown, or the speed, sign or begin is invalid.
 
     Source: ed. 3, clause 6.3.2.6, eq. 26; the same in editions 2 (6.3.2) and 4 (6.3.3) but for sigma_1 and Lambda_1.
     """

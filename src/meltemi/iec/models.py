@@ -34,10 +34,10 @@ class IecModel:
       name: as the standard abbreviates it; EWM with its years, EWS with H or V.
       title: description.
       kind: kind of its wind: turbulent, steady, or a transient.
-      clause, equations: of edition 3; of edition 2 for ECG.
-      make: the function that creates its wind.
-      make_steady: that of the steady variant, where there are both.
-      editions: which have it.
+      clause, equations: clause and equations of edition 3; of edition 2 for ECG.
+      make: function that creates its wind.
+      make_steady: function of the steady variant, if there are both.
+      editions: editions with this model.
     """
 
     name: str
@@ -123,15 +123,15 @@ def iec_wind(  # noqa: PLR0913 - quantities that the standard names
 
     Args:
       model: NWP, NTM, ETM, EWM1, EWM50, EOG, EDC, ECD, ECG, EWSH or EWSV.
-      turbine: whose hub height and rotor diameter count, for transients.
-      wind_class: its name (``IIB``), or a user-defined class.
-      edition: of IEC 61400-1: 2, 3 or 4; 3 by default, 2 for ECG, that of the class if it is a record.
+      turbine: turbine, for its hub height and rotor diameter, for transients.
+      wind_class: name of the class (``IIB``), or a user-defined class.
+      edition: edition of IEC 61400-1: 2, 3 or 4; 3 by default, 2 for ECG, that of the class if it is a record.
       speed: V_hub [m/s]; EWM has that of the class.
-      sign: of EDC, ECD, EWSH and EWSV: +1 (default) or -1.
-      begin: [s] of a transient; 60 by default.
-      years: of EOG and EDC in edition 2: 1 or 50.
-      intensity: of turbulence [-], in place of the class's: NTM, EOG, EDC, EWSH and EWSV.
-      steady: of EWM1 and EWM50: the steady variant in place of the turbulent one.
+      sign: sign of EDC, ECD, EWSH and EWSV: +1 (default) or -1.
+      begin: [s] begin of a transient; 60 by default.
+      years: recurrence period for EOG and EDC of edition 2: 1 or 50.
+      intensity: turbulence intensity [-], in place of that of the class: NTM, EOG, EDC, EWSH and EWSV.
+      steady: the steady variant of EWM1 and EWM50 in place of the turbulent one.
       turbulence: the ``direction`` [rad] of any model; of turbulent ones further fields of a :class:`TurbulentWind`,
         such as ``seed``.
 
@@ -140,7 +140,7 @@ def iec_wind(  # noqa: PLR0913 - quantities that the standard names
 
     Raises:
       InputError: unknown model, option or class; something missing; a value out of range.
-      UnsupportedError: a wind of edition 2 that is not here.
+      UnsupportedError: a wind of edition 2 that is not implemented.
     """
     if model not in MODELS:
         raise InputError(f"IEC wind: unknown model {model!r}; {did_you_mean(str(model), MODELS)}")
@@ -163,5 +163,5 @@ def iec_wind(  # noqa: PLR0913 - quantities that the standard names
         known = " or ".join(str(e) for e in m.editions)
         raise InputError(f"{model} ({m.title}) is not in edition {used}; expected edition {known}")
     if isinstance(wind_class, str) and not any(wind_class in classes for classes in CLASSES.values()):
-        as_class(wind_class, edition)  # what a model ignores shall be right, too
+        as_class(wind_class, edition)  # check arguments that a model ignores, too
     return _function(m, steady_form)(**given)

@@ -1,4 +1,4 @@
-"""Steady and turbulent winds of IEC 61400-1: NWP, NTM, ETM and EWM. The gusts are in ``gusts.py``.
+"""Steady and turbulent winds of IEC 61400-1: NWP, NTM, ETM and EWM. Gusts are in ``gusts.py``.
 
 Reference: docs/theory/iec.md; IEC 61400-1 ed. 3, clauses 6.3.1 and 6.3.2.
 """
@@ -40,7 +40,7 @@ def nwp(speed: float, *, direction: float = 0.0) -> SteadyWind:
       The steady wind; its reference height is the hub's.
 
     Raises:
-      InputError: no such speed.
+      InputError: the speed is invalid.
 
     Source: ed. 3, clause 6.3.1.2, eq. 10; the same in editions 2 (6.3.1.2) and 4 (6.3.2).
     """
@@ -59,16 +59,16 @@ def ntm(
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class; not needed with an intensity.
-      edition: of the name and of the spectrum's constants: 2, 3 or 4; 3 by default.
-      intensity: of the longitudinal component [-], in place of the class's: the old way to describe a site.
+      wind_class: name of the class, or a user-defined class; not needed with an intensity.
+      edition: edition of a class given by name, and of the constants of the spectrum: 2, 3 or 4; 3 by default.
+      intensity: intensity of the longitudinal component [-], in place of that of the class.
       turbulence: further fields of a :class:`TurbulentWind`: ``seed``, ``spectrum``, ``points`` and so on.
 
     Returns:
       The turbulent wind, with the intensity sigma_1 / V_hub.
 
     Raises:
-      InputError: unknown class or option, or no such speed.
+      InputError: the class or option is unknown, or the speed is invalid.
 
     Source: ed. 3, clause 6.3.1.3, eq. 11; ed. 4, clause 6.3.2; ed. 2, clause 6.3.1.3.
     """
@@ -89,15 +89,15 @@ def etm(
 
     Args:
       speed: V_hub [m/s].
-      wind_class: its name, or a user-defined class.
-      edition: of the name: 3 (default) or 4.
+      wind_class: name of the class, or a user-defined class.
+      edition: edition of a class given by name: 3 (default) or 4.
       turbulence: further fields of a :class:`TurbulentWind`: ``seed``, ``spectrum``, ``points`` and so on.
 
     Returns:
       The turbulent wind, with the intensity sigma_1 / V_hub.
 
     Raises:
-      InputError: unknown class or option, no such speed, or edition 2, which has no such model.
+      InputError: the class or option is unknown, the speed is invalid, or edition 2, which has no such model.
 
     Source: ed. 3, clause 6.3.2.3, eq. 19; ed. 4, clause 6.3.3.
     """
@@ -111,9 +111,9 @@ def ewm_turbulent(
     """Extreme wind speed model, turbulent: the 10 min mean of 50 years or 1 year.
 
     Args:
-      wind_class: its name, or a user-defined class; it gives the speed.
+      wind_class: name of the class, or a user-defined class, which sets the speed.
       years: recurrence period: 50 or 1.
-      edition: of the name: 3 (default) or 4.
+      edition: edition of a class given by name: 3 (default) or 4.
       turbulence: further fields of a :class:`TurbulentWind`: ``seed``, ``direction``, ``points`` and so on.
 
     Returns:
@@ -141,9 +141,9 @@ def ewm_steady(
     """Extreme wind speed model, steady: the 3 s gust of 50 years or 1 year.
 
     Args:
-      wind_class: its name, or a user-defined class; it gives the speed.
+      wind_class: name of the class, or a user-defined class, which sets the speed.
       years: recurrence period: 50 or 1.
-      edition: of the name: 2, 3 or 4; 3 by default.
+      edition: edition of a class given by name: 2, 3 or 4; 3 by default.
       direction: [rad] clockwise seen from above. The standard asks for constant yaw misalignments of up to +-15
         degrees with this model, which is left to the load case.
 

@@ -1,4 +1,4 @@
-"""Learning environments for Gymnasium, which :mod:`meltemi.envs` shows."""
+"""Learning environments for Gymnasium; :mod:`meltemi.envs` is their public interface."""
 
 from importlib.util import find_spec
 

@@ -1,4 +1,4 @@
-"""Turbines of learning environments: models, winds, episodes, and their march in compiled code."""
+"""Turbines of learning environments: models, winds, episodes, and their steps in compiled code."""
 
 from __future__ import annotations
 
@@ -73,15 +73,15 @@ def _library_point(turbine: str, options: ModelOptions, speed: float) -> Operati
     return operating_point(library_model(turbine, options), speed)
 
 
-class Machine:
-    """What all episodes of an environment have in common.
+class TaskSetup:
+    """Common data of all episodes of an environment.
 
     Args:
       task: name of the task, see ``TASKS``.
-      settings: of the environment.
+      settings: settings of the environment.
 
     Raises:
-      InputError: a sensor or channel is unknown, or the turbine cannot do the task.
+      InputError: a sensor or channel is unknown, or the turbine does not suit the task.
     """
 
     def __init__(self, task: str, settings: EnvironmentSettings) -> None:
@@ -149,10 +149,10 @@ class Machine:
 
     @cached_property
     def shares(self) -> tuple[float, float]:
-        """Shares of the controller below in the demands of pitch and torque."""
+        """Weights of the underlying controller in the demands of pitch and torque."""
         absolute = self.settings.action == "absolute"
-        asked = [bool(np.any(self.commands[rows, 1:])) for rows in (slice(0, 3), slice(3, 4))]
-        return float(not (absolute and asked[0])), float(not (absolute and asked[1]))
+        has_gain = [bool(np.any(self.commands[rows, 1:])) for rows in (slice(0, 3), slice(3, 4))]
+        return float(not (absolute and has_gain[0])), float(not (absolute and has_gain[1]))
 
     def point(self, speed: float) -> OperatingPoint:
         """Steady operation at a wind speed."""
@@ -163,7 +163,7 @@ class Machine:
         return self.points[speed]
 
     def wind_speed(self, seed: int) -> float:
-        """[m/s] mean wind speed of a turbulence seed: evenly spread over the range, by steps of the golden ratio."""
+        """Mean wind speed [m/s] of a turbulence seed: evenly distributed over the range by the golden ratio."""
         low, high = self.settings.wind_speeds
         return round(low + (high - low) * (seed * GOLDEN % 1.0), 2)
 
@@ -207,8 +207,8 @@ class Episode:
     """One episode of one turbine.
 
     Args:
-      machine: the environment.
-      rng: chooses what the options do not.
+      setup: the environment.
+      rng: random generator for quantities that the options do not set.
       options: ``wind_speed`` [m/s], ``turbulence_seed``, ``begin`` [s] within the turbulence, ``azimuth`` [rad],
         ``misalignment`` [rad].
 
@@ -216,56 +216,56 @@ class Episode:
       InputError: an option is unknown.
     """
 
-    def __init__(self, machine: Machine, rng: np.random.Generator, options: Mapping[str, Any]) -> None:
-        s = machine.settings
+    def __init__(self, setup: TaskSetup, rng: np.random.Generator, options: Mapping[str, Any]) -> None:
+        s = setup.settings
         for name in options:
             if name not in RESET_OPTIONS:
                 raise InputError(f"reset: no option {name!r}: {did_you_mean(name, RESET_OPTIONS)}")
-        most = s.of(machine.task, "misalignment")
-        drawn = {
+        most = s.of(setup.task, "misalignment")
+        random = {
             "turbulence_seed": s.seeds[rng.integers(len(s.seeds))],
             "begin": rng.uniform(0.0, s.wind_duration),
             "azimuth": rng.uniform(0.0, 2.0 * math.pi),
             "misalignment": rng.uniform(-most, most) if most else 0.0,
         } | dict(options)
-        self.seed = int(drawn["turbulence_seed"])
-        self.speed = float(drawn.get("wind_speed", machine.wind_speed(self.seed)))
-        length = s.transient + machine.duration
+        self.seed = int(random["turbulence_seed"])
+        self.speed = float(random.get("wind_speed", setup.wind_speed(self.seed)))
+        length = s.transient + setup.duration
         wind = ntm(self.speed, s.wind_class, seed=self.seed, points=s.wind_points, dt=s.wind_step)
-        box = field(wind, machine.grid, length + s.wind_duration)
-        passes = 1.5 * machine.grid.width / self.speed + 2.0
+        box = field(wind, setup.grid, length + s.wind_duration)
+        passes = 1.5 * setup.grid.width / self.speed + 2.0
         planes = math.ceil((length + passes) / box.dt) + 1
-        first = max(min(int(float(drawn["begin"]) / box.dt), len(box.velocity) - planes), 0)
+        first = max(min(int(float(random["begin"]) / box.dt), len(box.velocity) - planes), 0)
         self.wind = replace(
             box,
             velocity=box.velocity[first : first + planes],
-            direction=float(drawn["misalignment"]),
+            direction=float(random["misalignment"]),
             source=wind.label,
         )
-        self.start = replace(machine.point(self.speed), azimuth=float(drawn["azimuth"]))
+        self.start = replace(setup.point(self.speed), azimuth=float(random["azimuth"]))
         self.facts = {"wind_speed": self.speed, "turbulence_seed": self.seed, "begin": first * box.dt}
         self.run = Run(
-            machine.model,
+            setup.model,
             self.wind,
             duration=length,
-            controller=machine.controller(),
+            controller=setup.controller(),
             channels=(*s.loads, *s.channels) or ("generator_power",),
-            output_step=machine.output_step,
+            output_step=setup.output_step,
             start=self.start,
-            grid=machine.reference(rng),
+            grid=setup.reference(rng),
             transient=s.transient,
             sea=s.sea.replace(seed=self.seed) if s.sea is not None and hasattr(s.sea, "seed") else s.sea,
         )
         self.simulation = Simulation(self.run)
-        self._fill(machine)
+        self._fill(setup)
 
-    def _fill(self, machine: Machine) -> None:
-        """Make what the compiled loop needs."""
-        run, s, turbine = self.simulation, machine.settings, machine.turbine
+    def _fill(self, setup: TaskSetup) -> None:
+        """Prepare the records of the compiled loop."""
+        run, s, turbine = self.simulation, setup.settings, setup.turbine
         case, names = run.case, [channel.name for channel in run.channels]
         episode = EpisodeState.of(
-            substeps=machine.substeps,
-            last_step=1 + machine.begin_steps + machine.substeps * machine.steps,
+            substeps=setup.substeps,
+            last_step=1 + setup.begin_steps + setup.substeps * setup.steps,
             overspeed=s.overspeed * turbine.control.pitch.reference_speed,
             rated_power=turbine.rated_power,
             rated_speed=turbine.control.pitch.reference_speed,
@@ -292,10 +292,10 @@ class Episode:
             "output": run.loop.output,
             "counters": np.array(counters).reshape(len(counters), len(CounterState)),
             "points": np.zeros((len(counters), 2, DEPTH)),
-            "sensors": machine.sensors,
-            "commands": machine.commands,
-            "ring": np.zeros((1 + s.delay, len(machine.sensors))),
-            "weights": machine.weights,
+            "sensors": setup.sensors,
+            "commands": setup.commands,
+            "ring": np.zeros((1 + s.delay, len(setup.sensors))),
+            "weights": setup.weights,
         }
         self.slot, self.law, self.counters = (
             Slot("floats", arrays),
@@ -310,46 +310,46 @@ class Episode:
 
 
 class Fleet:
-    """Turbines that march together; observations, rewards and their components are rows of arrays.
+    """Turbines that are advanced together; observations, rewards and their components are rows of arrays.
 
     Args:
-      machine: what they have in common.
+      setup: common data of the episodes.
       n: number of turbines.
-      threads: that share them.
+      threads: number of threads.
     """
 
-    def __init__(self, machine: Machine, n: int, threads: int = 1) -> None:
-        self.machine, self.n = machine, n
+    def __init__(self, setup: TaskSetup, n: int, threads: int = 1) -> None:
+        self.setup, self.n = setup, n
         self.episodes: list[Episode] = [None] * n  # type: ignore[list-item]
         self.words = np.zeros((n, WORDS), dtype=np.int64)
-        self.noise = np.zeros((n, len(machine.sensors)))
-        self.observations = np.zeros((n, len(machine.sensors)), dtype=np.float32)
+        self.noise = np.zeros((n, len(setup.sensors)))
+        self.observations = np.zeros((n, len(setup.sensors)), dtype=np.float32)
         self.rewards, self.terms = np.zeros(n), np.zeros((n, len(TERMS)))
         self.ended = np.zeros(n, dtype=np.int64)
         self.threads = min(threads, n)
         self.pool = ThreadPoolExecutor(self.threads) if self.threads > 1 else None
         self._functions: Any = None
-        self._idle = np.zeros((n, len(machine.action_names)), dtype=np.float32)
+        self._idle = np.zeros((n, len(setup.action_names)), dtype=np.float32)
 
     def begin(self, i: int, rng: np.random.Generator, options: Mapping[str, Any] | None = None) -> None:
-        """Begin an episode of turbine ``i``, and fill its row of the observations."""
-        machine = self.machine
+        """Begin an episode of turbine ``i`` and fill its row of the observations."""
+        setup = self.setup
         if self.episodes[i] is not None:
             self.episodes[i].close()
-        episode = self.episodes[i] = Episode(machine, rng, options or {})
+        episode = self.episodes[i] = Episode(setup, rng, options or {})
         if self._functions is None:
             run = episode.simulation
-            taken = (run.loop.controller, *run.loop.physics)
-            kinds = [typeof(each) for each in (*taken, *episode.records)]
+            functions = (run.loop.controller, *run.loop.physics)
+            kinds = [typeof(each) for each in (*functions, *episode.records)]
             loop = by_address(run.loop.function, types.int64, *kinds[:-1])
-            self._functions = compiled(loop.type, *kinds), loop, *taken
+            self._functions = compiled(loop.type, *kinds), loop, *functions
         self.words[i] = [record.address for record in episode.records]
         self._noise(i, rng)
-        self._march(np.array([i]), self._idle, 1 + machine.begin_steps, True)
-        episode.law.pitch_share, episode.law.torque_share = machine.shares
+        self._march(np.array([i]), self._idle, 1 + setup.begin_steps, True)
+        episode.law.pitch_share, episode.law.torque_share = setup.shares
 
     def step(self, which: NDArray[np.int64], actions: NDArray[np.float32], rngs: list[np.random.Generator]) -> None:
-        """March some of the turbines by one step of the environment under actions (n, actions).
+        """Advance some of the turbines by one step of the environment under actions (n, actions).
 
         Raises:
           InputError: no episode is running, or the actions have another shape.
@@ -357,12 +357,12 @@ class Fleet:
         if any(episode is None for episode in self.episodes):
             raise InputError("step: no episode is running; begin one by reset()")
         if actions.shape != self._idle.shape:
-            names = ", ".join(self.machine.action_names)
-            found = " x ".join(map(str, actions.shape))
+            names = ", ".join(self.setup.action_names)
+            shape = " x ".join(map(str, actions.shape))
             raise InputError(
-                f"step: expected {self.n} x {len(self.machine.action_names)} actions ({names}), found {found}"
+                f"step: expected {self.n} x {len(self.setup.action_names)} actions ({names}), found {shape}"
             )
-        if self.machine.settings.noise > 0.0:
+        if self.setup.settings.noise > 0.0:
             for i in which:
                 self._noise(i, rngs[i])
         if self.pool is None:
@@ -372,8 +372,8 @@ class Fleet:
             list(self.pool.map(lambda part: self._march(part, actions, 0, False), parts))
 
     def _noise(self, i: int, rng: np.random.Generator) -> None:
-        if self.machine.settings.noise > 0.0:
-            self.noise[i] = self.machine.settings.noise * rng.standard_normal(self.noise.shape[1])
+        if self.setup.settings.noise > 0.0:
+            self.noise[i] = self.setup.settings.noise * rng.standard_normal(self.noise.shape[1])
 
     def _march(self, which: NDArray[np.int64], actions: NDArray[np.float32], steps: int, first: bool) -> None:
         if len(which):
@@ -387,7 +387,7 @@ class Fleet:
         return {f"reward_{name}": float(x) for name, x in zip(TERMS, self.terms[i], strict=True)}
 
     def close(self) -> None:
-        """End the threads and the simulations."""
+        """Release the threads and the simulations."""
         if self.pool is not None:
             self.pool.shutdown()
         for episode in self.episodes:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, RunError, did_you_mean
 from meltemi.core.extras import need
-from meltemi.learning.fleet import Fleet, Machine
+from meltemi.learning.fleet import Fleet, TaskSetup
 from meltemi.learning.kernels import TERMS
 from meltemi.learning.settings import TASKS, EnvironmentSettings
 from meltemi.simulation.result import Result
@@ -36,7 +36,7 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
     """One turbine in turbulent wind that an agent controls.
 
     Args:
-      task: of the environment: "LoadControl", "IPC", "Yaw" or "Power".
+      task: task of the environment: "LoadControl", "IPC", "Yaw" or "Power".
       render_mode: None; the results of episodes have plots.
       settings: fields of :class:`EnvironmentSettings`.
 
@@ -47,10 +47,10 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium has it
 
     def __init__(self, task: str = "LoadControl", render_mode: str | None = None, **settings: Any) -> None:
-        self.machine = Machine(task, EnvironmentSettings(**settings))
-        self.fleet = Fleet(self.machine, 1)
+        self.setup = TaskSetup(task, EnvironmentSettings(**settings))
+        self.fleet = Fleet(self.setup, 1)
         self.render_mode = render_mode
-        self.action_space, self.observation_space = _spaces(self.machine)
+        self.action_space, self.observation_space = _spaces(self.setup)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -58,26 +58,26 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
         """Begin an episode.
 
         Args:
-          seed: of all random numbers from now on.
-          options: what is not to be random: ``wind_speed`` [m/s], ``turbulence_seed``, ``begin`` [s] within the
+          seed: seed of all random numbers from now on.
+          options: quantities that are not random: ``wind_speed`` [m/s], ``turbulence_seed``, ``begin`` [s] within the
             turbulence, ``azimuth`` [rad] of blade 1, ``misalignment`` [rad].
 
         Raises:
           InputError: an option is unknown.
-          RunError: the transient did not end well.
+          RunError: the run failed in the initial transient.
         """
         super().reset(seed=seed)
         self.fleet.begin(0, self.np_random, options)
         if self.fleet.ended[0]:
             raise RunError(
-                f"reset: {self.machine.turbine.name} diverged or ran too fast in the transient of "
-                f"{self.machine.settings.transient:g} s, with steps of {self.machine.dt:.3g} s: use model='full', or "
+                f"reset: {self.setup.turbine.name} diverged or ran too fast in the transient of "
+                f"{self.setup.settings.transient:g} s, with steps of {self.setup.dt:.3g} s: use model='full', or "
                 "ModelOptions with a shorter time_step"
             )
         return self.fleet.observations[0].copy(), dict(self.fleet.episodes[0].facts)
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """March one step under an action within -1 and 1.
+        """Advance one step under an action between -1 and 1.
 
         Returns:
           observation, reward, whether the episode was terminated (divergence, overspeed) and truncated (its end), and
@@ -95,7 +95,7 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
         return fleet.observations[0].copy(), float(fleet.rewards[0]), ended == 1, ended == 2, info
 
     def result(self) -> Result:
-        """Loads of the present episode up to now, and the channels that the setting ``channels`` names.
+        """Result of the present episode up to now: loads, and channels of the setting ``channels``.
 
         Raises:
           InputError: there is no episode.
@@ -112,17 +112,17 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
 _ONE = np.zeros(1, dtype=np.int64)
 
 
-def _spaces(machine: Machine) -> tuple[spaces.Box, spaces.Box]:
-    return _box(len(machine.action_names)), _box(len(machine.sensors))
+def _spaces(setup: TaskSetup) -> tuple[spaces.Box, spaces.Box]:
+    return _box(len(setup.action_names)), _box(len(setup.sensors))
 
 
 class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]]):  # type: ignore[misc]
-    """Turbines in one process; those whose episode has ended begin another one in the following step.
+    """Vector of turbines in one process; after the end of an episode the next step begins another one.
 
     Args:
-      task: as of :class:`TurbineEnv`.
+      task: as for :class:`TurbineEnv`.
       num_envs: number of turbines.
-      threads: that share them.
+      threads: number of threads.
       settings: fields of :class:`EnvironmentSettings`.
 
     Raises:
@@ -135,9 +135,9 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
         if num_envs < 1 or threads < 1:
             raise InputError(f"num_envs and threads must be at least 1, found {num_envs} and {threads}")
         settings.pop("render_mode", None)
-        self.machine = Machine(task, EnvironmentSettings(**settings))
-        self.num_envs, self.fleet = num_envs, Fleet(self.machine, num_envs, threads)
-        self.single_action_space, self.single_observation_space = _spaces(self.machine)
+        self.setup = TaskSetup(task, EnvironmentSettings(**settings))
+        self.num_envs, self.fleet = num_envs, Fleet(self.setup, num_envs, threads)
+        self.single_action_space, self.single_observation_space = _spaces(self.setup)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
@@ -150,8 +150,8 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
         """Begin an episode of every turbine.
 
         Args:
-          seed: of the first one, counted on for the others, or one each.
-          options: as of :meth:`TurbineEnv.reset`, for all, or lists with one value each.
+          seed: seed of the first turbine, increasing by one for the others, or one each.
+          options: as for :meth:`TurbineEnv.reset`, for all, or lists with one value each.
         """
         n = self.num_envs
         seeds = [seed + i for i in range(n)] if isinstance(seed, int | np.integer) else seed or [None] * n
@@ -166,10 +166,10 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
     def step(
         self, actions: Observation
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """March every turbine one step; one whose episode has ended begins another, with no reward.
+        """Advance every turbine by one step; one whose episode has ended begins another, without reward.
 
         Args:
-          actions: (num_envs, actions) within -1 and 1.
+          actions: (num_envs, actions) between -1 and 1.
 
         Returns:
           (num_envs, ...) observations, rewards, terminated, truncated, and the weighted components of the rewards.
@@ -202,7 +202,7 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
         return facts
 
     def results(self) -> list[Result]:
-        """As :meth:`TurbineEnv.result`, of every turbine."""
+        """Result of every turbine, as :meth:`TurbineEnv.result`."""
         return [episode.simulation.result() for episode in self.fleet.episodes]
 
     def close_extras(self, **kwargs: Any) -> None:
@@ -217,12 +217,12 @@ def _task(name: str) -> str:
 
 
 def make_vec(id: str, num_envs: int, *, threads: int = 1, **settings: Any) -> TurbineVectorEnv:  # noqa: A002 - as Gymnasium
-    """Turbines of one environment in one process, marched by one compiled loop.
+    """Vector environment of turbines in one process, advanced by one compiled loop.
 
     Args:
       id: "Meltemi/LoadControl-v0", "Meltemi/IPC-v0", "Meltemi/Yaw-v0" or "Meltemi/Power-v0".
       num_envs: number of turbines.
-      threads: that share them; the loop releases Python's global interpreter lock.
+      threads: number of threads; the loop releases Python's global interpreter lock.
       settings: fields of :class:`EnvironmentSettings`.
 
     Raises:
@@ -232,7 +232,7 @@ def make_vec(id: str, num_envs: int, *, threads: int = 1, **settings: Any) -> Tu
 
 
 def register() -> None:
-    """Make the environments known to Gymnasium."""
+    """Register the environments with Gymnasium."""
     for name in IDS:
         if name not in gymnasium.registry:
             gymnasium.register(

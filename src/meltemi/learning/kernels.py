@@ -1,8 +1,8 @@
-"""The compiled part of the learning environments: demands of the agent, its sensors, its rewards, and the march.
+"""Compiled part of the learning environments: demands of the agent, its sensors, its rewards, and the time loop.
 
-The agent acts through a controller that is called at every time step and adds its demands to those of another
-controller, by default the baseline one. One compiled loop marches any number of turbines by one step of the environment
-each, and fills the rows of their observations and rewards. The damage of an episode is that of
+The agent acts through a controller that is called at every time step and adds its demands to those of an underlying
+controller, by default the baseline one. One compiled loop advances any number of turbines by one step of the
+environment each, and fills the rows of their observations and rewards. The damage of an episode is that of
 :func:`meltemi.loads.rainflow_cycles`.
 """
 
@@ -54,7 +54,7 @@ component is -1."""
 class AgentState(Table, title="learning environment"):
     """Controller of an environment: the agent's demands, signals derived from sensors, sums.
 
-    The state of the controller below follows it in the same vector.
+    The state of the underlying controller follows it in the same vector.
     """
 
     wrapper: float = number("-", "address of the controller below: its wrapper,")
@@ -113,7 +113,7 @@ class EpisodeState(Table, title="episode of an environment"):
 
 
 class CounterState(Table, title="load counter"):
-    """One load of the reward."""
+    """Rainflow counter of one load of the reward."""
 
     cycles: OpenCycles = part(OpenCycles, "in ranges of the scale", prefix="")
     column: float = number("-", "of the output")
@@ -124,15 +124,15 @@ class CounterState(Table, title="load counter"):
 
 
 class Slot(Record):
-    """One turbine of an environment.
+    """Records of one turbine of an environment.
 
     Attributes:
-      law: state of its controller.
-      counters, points: (loads, fields) counters, and (loads, 2, DEPTH) turning points, and room for a copy.
-      sensors: (n, 4) place of the sensor: 0 measurements or 1 ``AgentState``, and row; values for -1 and 1.
+      law: state of the controller.
+      counters, points: (loads, fields) counters, and (loads, 2, DEPTH) turning points with space for a copy.
+      sensors: (n, 4) source of each sensor (0: measurements, 1: ``AgentState``) and row; values for -1 and 1.
       commands: (5, 1 + actions) commands of actions: offset, gains.
-      ring: (1 + delay, n) observations.
-      weights: of the components of the reward.
+      ring: (1 + delay, n) ring buffer of observations.
+      weights: weights of the components of the reward.
     """
 
     law: AgentState
@@ -211,7 +211,7 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 
 @kernel
 def read_loads(s: Slot, first: bool) -> float:
-    """Read the rows of the output since the last observation; the load component of the reward."""
+    """Read the rows of the output since the last observation; return the load component of the reward."""
     e, rows, load = s.episode, s.clock.row, 0.0
     begin = whole(e.read)
     for k in range(s.counters.shape[0]):
@@ -255,7 +255,7 @@ def act(s: Slot, actions: NDArray[np.float32]) -> None:
 
 @kernel
 def observe(s: Slot, noise: Float, first: bool, row: NDArray[np.float32]) -> None:
-    """Fill a row of observations: the sensors, noise, delay, limits."""
+    """Fill a row of observations: sensors, noise, delay, limits."""
     e, size = s.episode, s.ring.shape[0]
     now = (whole(e.place) + 1) % size
     e.place = float(now)
@@ -274,7 +274,7 @@ def observe(s: Slot, noise: Float, first: bool, row: NDArray[np.float32]) -> Non
 
 @kernel
 def reward(s: Slot, load: float, failed: bool, terms: Float) -> float:
-    """Fill a row with the weighted components of the reward, and clear the sums; their total."""
+    """Fill a row with the weighted components of the reward, clear the sums and return the total."""
     x, e = s.law, s.episode
     n = max(x.calls, 1.0)
     seconds = n * e.time_step
@@ -294,7 +294,7 @@ def reward(s: Slot, load: float, failed: bool, terms: Float) -> float:
     return total
 
 
-# the march ------------------------------------------------------------------------------------------------
+# time loop ------------------------------------------------------------------------------------------------
 
 
 WORDS = 7
@@ -324,21 +324,21 @@ def step_turbines(  # noqa: PLR0913 - called by its address: no records
     sections: Any,
     slot: Any,
 ) -> None:
-    """March turbines by one step of the environment, and fill their rows.
+    """Advance turbines by one step of the environment, and fill their rows.
 
     Args:
       words: (n, WORDS) addresses.
-      which: indices of the turbines that march; one whose episode has ended does not.
+      which: indices of the turbines to advance; those whose episode has ended are skipped.
       actions, noise: (n, actions) within -1 and 1, and (n, sensors) of the observations.
       steps: time steps; 0 for those of the episode.
       first: no action, and a new episode from the observation on.
       observations, rewards, terms, ended: (n, sensors), (n,), (n, TERMS), (n,) 1 for terminated, 2 for truncated.
-      loop, controller, evaluation, observation: the time loop and the functions that it takes, by their addresses.
-      run, control, m, one, plain, sections, slot: records of any of them, for their types.
+      loop, controller, evaluation, observation: addresses of the time loop and of the functions that it calls.
+      run, control, m, one, plain, sections, slot: records of one turbine, for their types.
     """
     for i in which:
         if ended[i] != 0 and not first:
-            continue  # beyond its end the output has no rows
+            continue  # the output has no rows beyond its end
         w = words[i]
         s, clock = record_like(slot, w[6]), record_like(run, w[0]).clock
         if not first:

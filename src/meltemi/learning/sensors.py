@@ -1,4 +1,4 @@
-"""Sensors of the learning environments, and their ranges from the turbine's limits."""
+"""Sensors of the learning environments, with ranges from the limits of the turbine."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from meltemi.turbine.power_turbine import AnyTurbine
 
 
 class Sensor(NamedTuple):
-    """A sensor: its signal, and the values that are -1 and 1 in an observation.
+    """Signal of a sensor, and the values that correspond to -1 and 1 in an observation.
 
     Attributes:
-      derived: whether the controller computes it from measurements; otherwise it is one.
-      row: of ``Measurements`` or ``AgentState``.
-      low, high: in SI units.
+      derived: whether the controller computes the signal from measurements; otherwise it is a measurement.
+      row: row of ``Measurements`` or ``AgentState``.
+      low, high: limits in SI units.
     """
 
     derived: bool
@@ -35,7 +35,7 @@ equivalent loads of the NREL 5 MW in class B turbulence."""
 
 
 def thrust_moments(turbine: AnyTurbine) -> tuple[float, float]:
-    """[N m] moments of the mean thrust at rated power, by momentum theory, at the tower base and at a blade root."""
+    """Moments [N m] of the mean thrust at rated power, by momentum theory, at the tower base and at a blade root."""
     radius, density = turbine.rotor_radius, 1.225
     area = math.pi * radius**2
     speed = (turbine.rated_power / (0.5 * density * area * 0.45)) ** (1.0 / 3.0)
@@ -44,7 +44,7 @@ def thrust_moments(turbine: AnyTurbine) -> tuple[float, float]:
 
 
 def load_scale(turbine: AnyTurbine, channel: str) -> float:
-    """[N m] range of a load that counts as one."""
+    """Reference range [N m] of a load."""
     tower, blade = thrust_moments(turbine)
     return BLADE_SHARE * blade if channel.startswith(("root", "station", "node")) else TOWER_SHARE * tower
 
@@ -80,5 +80,5 @@ def sensors_of(turbine: AnyTurbine) -> dict[str, Sensor]:
         "yaw_error": (-1.0, 1.0),
         "power_error": (-rated, rated),
     }
-    found = {name: Sensor(False, Measurements.index(name), *ends) for name, ends in measured.items()}
-    return found | {name: Sensor(True, AgentState.index(name), *ends) for name, ends in derived.items()}
+    sensors = {name: Sensor(False, Measurements.index(name), *ends) for name, ends in measured.items()}
+    return sensors | {name: Sensor(True, AgentState.index(name), *ends) for name, ends in derived.items()}

@@ -46,13 +46,13 @@ class Weights(Record):
 
 @dataclass(frozen=True)
 class TaskDefaults:
-    """What distinguishes a task.
+    """Default settings of a task.
 
     Attributes:
       actions: names of the actions.
-      sensors: of the observation.
-      weights: of the reward.
-      step, duration: [s] of the environment and of an episode.
+      sensors: sensors of the observation.
+      weights: weights of the reward.
+      step, duration: [s] step of the environment and duration of an episode.
       misalignment: [rad] largest initial yaw error.
     """
 
@@ -105,43 +105,43 @@ class EnvironmentSettings(Record):
     model: Literal["full", "fast", "light"] | ModelOptions = "fast"
     """Options of the model, or one of those of docs/guide/learning.md."""
     controller: Any = "baseline"
-    """On which the agent acts: a name or file of docs/guide/controller-names.md, or its record; compiled."""
+    """Underlying controller: a name or file of docs/guide/controller-names.md, or its record; compiled."""
     wind_speeds: tuple[float, float] = (8.0, 18.0)
-    """[m/s] range of the mean wind speeds at hub height; each seed has its own."""
+    """[m/s] range of the mean wind speeds at hub height; each seed has one."""
     wind_class: str = "IB"
     """Class of IEC 61400-1, for the intensity of the normal turbulence model."""
     seeds: tuple[int, ...] = Field(default=TRAINING_SEEDS, min_length=1)
-    """Of the turbulent winds among which an episode chooses."""
+    """Seeds of the turbulent winds from which an episode chooses."""
     wind_points: int = Field(default=17, ge=3, le=201)
     """Grid points across the rotor."""
     wind_step: float = Field(default=0.2, gt=0.0, le=2.0)
-    """[s] between planes of the wind."""
+    """[s] interval between planes of the wind."""
     wind_duration: float = Field(default=300.0, gt=0.0)
-    """[s] of turbulence beyond the duration of an episode, in which it starts anywhere."""
+    """[s] turbulence beyond the duration of an episode, which starts at a random time in it."""
     sea: Sea | None = None
-    """Waves and current around a turbine at sea, still water by default; irregular waves take the episode's seed."""
+    """Waves and current around an offshore turbine, by default still water; irregular waves have the episode's seed."""
     step: float | None = Field(default=None, gt=0.0)
-    """[s] of the environment; by default 0.1 s, for yaw 1 s."""
+    """[s] step of the environment; by default 0.1 s, for yaw 1 s."""
     duration: float | None = Field(default=None, gt=0.0)
-    """[s] of an episode; by default 120 s, for yaw 300 s."""
+    """[s] duration of an episode; by default 120 s, for yaw 300 s."""
     transient: float = Field(default=10.0, ge=0.0)
-    """[s] under the controller before an episode."""
+    """[s] initial transient under the controller before an episode."""
     action: Literal["offset", "absolute"] = "offset"
-    """Actions add to the demands of the controller, or are the demands themselves."""
+    """Actions are added to the demands of the controller, or replace them."""
     pitch_range: float = Field(default=0.0524, ge=0.0)
     """[rad] largest offset of the pitch; 0: the action has no effect."""
     torque_range: float = Field(default=0.1, ge=0.0, le=1.0)
     """Largest offset of the torque over the largest torque; 0: the action has no effect."""
     sensors: tuple[str, ...] | None = Field(default=None, min_length=1)
-    """Of the observation; by default those of the task."""
+    """Sensors of the observation; by default those of the task."""
     noise: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Standard deviation of the white noise of all sensors, of half their range."""
+    """Standard deviation of the white noise of all sensors over half their range."""
     delay: int = Field(default=0, ge=0, le=100)
-    """Steps by which observations are late."""
+    """Delay of observations in steps."""
     leak: float = Field(default=0.3, ge=0.0)
-    """[1/s] of the velocities of the tower top that are integrated from accelerations."""
+    """[1/s] leakage rate of the integration of tower-top velocities from accelerations."""
     weights: Weights | None = None
-    """Of the components of the reward; by default those of the task."""
+    """Weights of the components of the reward; by default those of the task."""
     loads: dict[str, float] = Field(default={"tower_base_moment_fore_aft": 1.0})
     """Channels of the load component, and their weights."""
     load_measure: Literal["rate", "rainflow"] = "rate"
@@ -153,7 +153,7 @@ class EnvironmentSettings(Record):
     reference_range: tuple[float, float] = (0.4, 1.0)
     """Range of the power reference over rated power, for the task Power."""
     reference_hold: float = Field(default=20.0, gt=0.0)
-    """[s] between changes of the power reference."""
+    """[s] interval between changes of the power reference."""
     channels: tuple[str, ...] = ()
     """Further channels that the results of episodes contain."""
 

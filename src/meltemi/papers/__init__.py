@@ -1,6 +1,6 @@
-"""Published studies, reproduced from their own set-up and compared claim by claim: ``meltemi reproduce``.
+"""Published studies, reproduced with their set-up and compared claim by claim: ``meltemi reproduce``.
 
-What works on any turbine stands in ``meltemi.studies`` and has commands of its own; nothing imports this package.
+Methods for any turbine are in ``meltemi.studies`` and have separate commands; nothing imports this package.
 """
 
 KERNELS = ()

@@ -1,4 +1,4 @@
-"""Claims of a paper, our results beside them, and their table."""
+"""Claims of a paper, the corresponding results, and their table."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ measurement, which the paper's model is not compared with."""
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim and our result.
+    """A claim of a paper and our result.
 
     Attributes:
       item: what it is about.
@@ -98,42 +98,42 @@ HERE = Path(__file__).parent
 
 
 def claim_group(item: str, where: str, of: Callable[[], list[Claim]]) -> list[Claim]:
-    """Claims that need the same results; one line for all of them if a result is missing."""
+    """Claims that need the same results; one row for all of them if a result is missing."""
     return guarded(of, lambda why: [Claim(item, "", "", judgement(unjudged(why)), where)])
 
 
-def count(found: Sequence[Claim]) -> Counter[Outcome]:
-    """Numbers of claims that the paper states, by what their verdicts come to."""
-    return Counter(c.outcome for c in found if c.basis == "paper")
+def count(claims: Sequence[Claim]) -> Counter[Outcome]:
+    """Numbers of claims that the paper states, by category of their verdicts."""
+    return Counter(c.outcome for c in claims if c.basis == "paper")
 
 
-def count_held(found: Sequence[Claim]) -> str:
-    """Sentences on the number of the paper's claims that hold, and on those that hinge on how the paper is read."""
-    n = count(found)
+def count_held(claims: Sequence[Claim]) -> str:
+    """Sentences on the number of the paper's claims that hold, and on those that depend on the reading of the paper."""
+    n = count(claims)
     open_: dict[Outcome, str] = {"unjudged": "judged", "unchecked": "checked"}
     rest = [f"{n[k]} cannot be {what}" for k, what in open_.items() if n[k]]
     some = f", {n['by_reading']} in one reading of it and not in another" if n["by_reading"] else ""
     of = n.total() - n["unchecked"]
-    told = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")
-    hinge = [f"{c.item}: {c.verdict}" for c in found if c.basis == "paper" and c.outcome == "by_reading"]
-    return f"{told} By reading: {'; '.join(hinge)}." if hinge else told
+    summary = f"{n['held']} of {of} claims of the paper hold{some}" + (f" ({', '.join(rest)})." if rest else ".")
+    hinge = [f"{c.item}: {c.verdict}" for c in claims if c.basis == "paper" and c.outcome == "by_reading"]
+    return f"{summary} By reading: {'; '.join(hinge)}." if hinge else summary
 
 
-def claims_table(found: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
-    """Table of claims, those of the paper first; with their basis if it is another one for any."""
+def claims_table(claims: Sequence[Claim], caption: str = "Claims of the paper") -> Table:
+    """Table of claims, those of the paper first; with a column for the basis if it is not the paper for all."""
     order = get_args(Basis).index
     columns = ["claim", "verdict", "reason", "paper (tolerance)", "ours", "where", "basis"]
-    stated = {c: f"{c.paper} ({c.tolerance})" if c.tolerance else c.paper for c in found}
+    stated = {c: f"{c.paper} ({c.tolerance})" if c.tolerance else c.paper for c in claims}
     rows = [
         [c.item, c.verdict, c.reason, stated[c], c.ours, c.where, c.basis]
-        for c in sorted(found, key=lambda c: order(c.basis))
+        for c in sorted(claims, key=lambda c: order(c.basis))
     ]
-    n = len(columns) if {c.basis for c in found} - {"paper"} else len(columns) - 1
+    n = len(columns) if {c.basis for c in claims} - {"paper"} else len(columns) - 1
     return Table(columns[:n], [row[:n] for row in rows], caption, text_columns=n)
 
 
 def brief(table: Table) -> Table:
-    """The table for a terminal: claim, verdict, and both results."""
+    """The table for the terminal: claim, verdict, and both results."""
     shown = [table.head.index(name) for name in ("claim", "verdict", "paper (tolerance)", "ours")]
     rows = [[row[i] for i in shown] for row in table.rows]
     return Table([table.head[i] for i in shown], rows, table.caption, text_columns=len(shown))

@@ -43,7 +43,7 @@ def reproduce(
     if rosco:
         if study != "he2018":
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
-        _duel(quick, workers, out)
+        _rosco(quick, workers, out)
         return
     parts = () if beyond is None else _parts(study, beyond)
     from meltemi.papers import study as skeleton
@@ -83,22 +83,24 @@ def _parts(study: str, names: tuple[str, ...]) -> Sequence[str]:
     return asked
 
 
-def _duel(quick: bool, workers: int | None, out: Path) -> None:
+def _rosco(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.bladed_controllers.rosco import find_rosco
     from meltemi.tuning.run_store import run_store
 
     find_rosco()
     with run_store(out, f"duel, quick {quick}", "meltemi.papers"):
-        from meltemi.papers.he2018.duel import brief, chapter, duel, duel_tables, findings
-        from meltemi.papers.he2018.runs import QUICK, Setup
+        from meltemi.papers.he2018.rosco import brief, chapter, compare_with_rosco, comparison_tables, findings
+        from meltemi.papers.he2018.runs import QUICK, LoadControlSetup
         from meltemi.papers.study import write_chapter
 
         with simulation_bar("he2018 compared with ROSCO") as progress:
-            found = duel(QUICK if quick else Setup(), workers=workers, progress=lambda share, what: progress(share))
-        files = write_chapter(chapter(found), "duel", out)
-    for table in map(brief, duel_tables(found)):
+            comparison = compare_with_rosco(
+                QUICK if quick else LoadControlSetup(), workers=workers, progress=lambda share, what: progress(share)
+            )
+        files = write_chapter(chapter(comparison), "duel", out)
+    for table in map(brief, comparison_tables(comparison)):
         print_table(table.caption, table.head, table.texts)
-    for line in findings(found):
+    for line in findings(comparison):
         print(line)
     wrote(*files)
     suggest("reproduce", "he2018", *(("--rosco",) if quick else ()), "--out", out)

@@ -1,4 +1,4 @@
-"""Framework of the reproductions: runs a study and writes its page, tables and figures."""
+"""Framework of the reproductions: run a study and write its page, tables and figures."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from meltemi.turbine.definition import Turbine
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Found = TypeVar("Found")
+Results = TypeVar("Results")
 Progress = Callable[[float, str], None]
 """Called with the completed fraction and the current step."""
 PACKAGE = "meltemi.papers"
@@ -45,10 +45,10 @@ class Contents:
 
     Attributes:
       lead: the result in a few sentences.
-      chapters: by the names of their tables' files.
+      chapters: chapters by the file names of their tables.
       facts: names and values, such as turbine and seeds.
       shown: tables for the terminal.
-      files: that were written beside.
+      files: further files that were written.
     """
 
     lead: str
@@ -59,36 +59,36 @@ class Contents:
 
 
 @dataclass(frozen=True)
-class Study(Generic[Found]):
+class Study(Generic[Results]):
     """A paper and its reproduction.
 
     Attributes:
-      name: of its page and of its files; of its folder here unless it is applied.
-      title: of the page.
-      source: the paper.
-      run: simulates everything: ``run(quick=, workers=, progress=, partly=, parts=)``; ``partly`` is called with what
-        was found whenever a page is worth writing.
-      figures: of the paper, by file name: captions and what draws them.
-      contents: what is said of the runs.
-      parts: names of parts beyond the paper that are run only if asked for. The chapter of each is a file of its own,
-        too; the page has all of them that lie in the folder.
+      name: name of the page and of the files; also of the folder here, unless the study is applied.
+      title: title of the page.
+      source: citation of the paper.
+      run: runs all simulations: ``run(quick=, workers=, progress=, partly=, parts=)``; ``partly`` is called with the
+        results so far whenever a page is worth writing.
+      figures: figures of the paper by file name: captions and functions that draw them.
+      contents: function that evaluates the results for the page.
+      parts: names of parts beyond the paper that are only run on request. The chapter of each is also a separate file;
+        the page includes all chapters in the folder.
       texts: files at the end of the page.
-      runs: of what was found those that the figures are drawn from.
-      needs: optional packages that the whole needs.
-      parts_need: optional packages by the claims and parts that need them, which cannot be judged without.
-      intro: begin of the page, in place of the file ``before.md``.
-      applied: the study of another turbine, without claims.
+      runs: selects from the results those for the figures.
+      needs: optional packages that the study needs.
+      parts_need: optional packages by the claims and parts that need them.
+      intro: beginning of the page, in place of the file ``before.md``.
+      applied: creates the study of another turbine, without claims.
     """
 
     name: str
     title: str
     source: str
-    run: Callable[..., Found]
+    run: Callable[..., Results]
     figures: Mapping[str, tuple[str, Callable[[Any], Figure]]]
-    contents: Callable[[Found, Path, Draw], Contents]
+    contents: Callable[[Results, Path, Draw], Contents]
     parts: Sequence[str] = ()
     texts: Sequence[str] = ("after.md",)
-    runs: Callable[[Found], Any] = lambda found: found
+    runs: Callable[[Results], Any] = lambda results: results
     needs: Sequence[str] = ()
     parts_need: Mapping[str, Sequence[str]] = field(default_factory=dict)
     intro: str | None = None
@@ -96,11 +96,11 @@ class Study(Generic[Found]):
 
     @property
     def before(self) -> str:
-        """Begin of the page."""
+        """Beginning of the page."""
         return self.text("before.md") if self.intro is None else self.intro
 
     def text(self, name: str) -> str:
-        """Text of one of its Markdown files."""
+        """Text of a Markdown file of the study."""
         return (Path(__file__).parent / self.name / name).read_text(encoding="utf-8")
 
     def markdown(
@@ -121,12 +121,13 @@ class Reproduction:
     """Result of a reproduction.
 
     Attributes:
-      tables: for the terminal.
+      tables: tables for the terminal.
       lead: the result in a few sentences.
-      files: that were written.
-      page: as Markdown for the documentation: linked to its other pages, its pictures in a folder of the study's name.
-      failed: reasons by cell that failed.
-      doubtful: findings by cell whose run left what the model is made for.
+      files: files that were written.
+      page: page as Markdown for the documentation: with links to its other pages and figures in a folder of the
+        study's name.
+      failed: reasons by failed cell.
+      doubtful: findings by cell whose run left the range of validity of the model.
     """
 
     tables: Sequence[Table]
@@ -149,92 +150,101 @@ def reproduce(
     """Run a study and write its page, tables and figures.
 
     Args:
-      study: which.
-      out: folder for page, tables and figures; it must exist.
-      quick: few and short runs: a look, nothing to judge by.
-      workers: threads.
-      progress: called with the completed fraction and the current step.
-      parts: of what lies beyond the paper.
+      study: study to reproduce.
+      out: existing folder for page, tables and figures.
+      quick: few and short runs, for a first look only.
+      workers: number of threads.
+      progress: callback with the completed fraction and the current step.
+      parts: parts beyond the paper to run.
     """
     began, drawings = time.perf_counter(), dict[str, Block]()
 
     def draw(name: str, caption: str, of: Callable[[], Figure]) -> Block:
-        if not isinstance(drawings.get(name), Picture):  # perhaps what it needs is there now
-            drawings[name] = drawn(name, caption, of, out)
+        if not isinstance(drawings.get(name), Picture):  # its results may be complete now
+            drawings[name] = guarded_figure(name, caption, of, out)
         return drawings[name]
 
-    def write(found: Any) -> Reproduction:
-        runs = study.runs(found)
+    def write(results: Any) -> Reproduction:
+        runs = study.runs(results)
         pictures = [draw(name, caption, partial(of, runs)) for name, (caption, of) in study.figures.items()]
         figures = [Section("The paper's figures", pictures)] if pictures else []
-        said = study.contents(found, out, draw)
-        own = {name: chapter for name, chapter in said.chapters.items() if name not in study.parts}
-        chapters = {**own, **failed_chapters(), **said.chapters}
+        contents = study.contents(results, out, draw)
+        page_chapters = {name: chapter for name, chapter in contents.chapters.items() if name not in study.parts}
+        chapters = {**page_chapters, **failed_chapters(), **contents.chapters}
         files = [d.png for d in drawings.values() if isinstance(d, Picture) and isinstance(d.png, Path)]
         for name, chapter in chapters.items():
             files += (write_chapter if name in study.parts else write_tables)(chapter, name, out)
         made_by = MADE_BY + (f"; {QUICK}" if quick else "")
-        text = study.markdown(said.lead, chapters, figures, out, made_by)
+        text = study.markdown(contents.lead, chapters, figures, out, made_by)
         files.append(write_text(out / f"{study.name}.md", alone(text)))
         before = sections(study.before, "Paper and reproduction")
         after = chain.from_iterable(sections(study.text(name), "Notes") for name in study.texts)
-        facts = [*said.facts, ("computed by", made_by), ("computed in", f"{time.perf_counter() - began:.0f} s")]
+        facts = [*contents.facts, ("computed by", made_by), ("computed in", f"{time.perf_counter() - began:.0f} s")]
         whole = [*before, *chapters.values(), *figures, *after]
-        page = Document(study.title, whole, facts=facts, lead=said.lead, footer=study.source)
+        page = Document(study.title, whole, facts=facts, lead=contents.lead, footer=study.source)
         html = write_page(out / f"{study.name}.html", plain(page))
-        return Reproduction(said.shown, said.lead, [*files, *said.files, html], documented(text, study.name))
+        return Reproduction(
+            contents.shown, contents.lead, [*files, *contents.files, html], documented(text, study.name)
+        )
 
     with run_store(out, f"{study.name}, quick {quick}", PACKAGE) as book:
-        found = study.run(quick=quick, workers=workers, progress=progress, partly=write, parts=parts)
-        return replace(write(found), **book.problems())
+        results = study.run(quick=quick, workers=workers, progress=progress, partly=write, parts=parts)
+        return replace(write(results), **book.problems())
 
 
 def span(progress: Progress, begin: float, length: float) -> Progress:
-    """Progress callback of a part: its first fraction of the whole, and its length."""
+    """Progress callback of a part that begins at a fraction of the whole and has a length."""
     return lambda share, what: progress(begin + length * share, what)
 
 
 def applied(study: Study[Any], turbine: Turbine, words: str, **changes: Any) -> Study[Any]:
-    """A study with another turbine: a page of its own, without claims and without the paper's texts.
+    """A study with another turbine: a separate page without claims and without the paper's texts.
 
     Args:
-      study: of the paper.
-      turbine: the other one.
-      words: what of the paper is applied.
-      changes: of the fields of the study.
+      study: study of the paper.
+      turbine: the other turbine.
+      words: title of the applied method.
+      changes: other fields of the study.
     """
     title = f"{words}, applied to {turbine.name}"
     intro = f"# {title}\n\nMethods of: {study.source} Nothing here is a claim of the paper.\n"
-    own: dict[str, Any] = {"figures": {}, "texts": (), "parts": (), "applied": None, "intro": intro, "title": title}
-    name = re.sub(r"[^\w.-]+", "_", turbine.name)  # of files
-    return replace(study, name=f"{study.name}_{name}", **own | changes)
+    replaced: dict[str, Any] = {
+        "figures": {},
+        "texts": (),
+        "parts": (),
+        "applied": None,
+        "intro": intro,
+        "title": title,
+    }
+    name = re.sub(r"[^\w.-]+", "_", turbine.name)  # for file names
+    return replace(study, name=f"{study.name}_{name}", **replaced | changes)
 
 
-def told(progress: Progress, what: str) -> Callable[[float], None]:
+def step_progress(progress: Progress, what: str) -> Callable[[float], None]:
     """Progress callback for one kind of runs."""
     return lambda share: progress(share, what)
 
 
-def worded(of: Callable[[], str], subject: str) -> str:
-    """Sentences, or one that says why their subject cannot be judged."""
+def guarded_text(of: Callable[[], str], subject: str) -> str:
+    """Text from a function, or a sentence why its subject cannot be judged."""
     return guarded(of, lambda why: f"{subject} {UNJUDGED}{why}.")
 
 
-def tabled(caption: str, of: Callable[[], Table]) -> Table:
-    """A table, or one that says why it cannot be made."""
+def guarded_table(caption: str, of: Callable[[], Table]) -> Table:
+    """Table from a function, or one that states why it cannot be made."""
     return guarded(of, lambda why: Table([caption], [[f"cannot be made: {why}"]], caption))
 
 
-def answered(
+def answer_chapter(
     heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Block], tables: Callable[[], Sequence[Table]]
 ) -> Section:
-    """A chapter that begins with the answer in words, if there is one."""
+    """Chapter that begins with a verdict, if there is one."""
     made = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
-    words = worded(verdict, "The answer").split("\n\n") if verdict else []
+    words = guarded_text(verdict, "The answer").split("\n\n") if verdict else []
     return Section(heading, [*words, *drawings, *made])
 
 
-def drawn(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Block:
+def guarded_figure(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Block:
     """A figure with its caption; a text with the reason if it cannot be drawn."""
 
     def picture() -> Block:
@@ -271,7 +281,7 @@ def failed_chapters() -> dict[str, Section]:
 
 
 def by_kind(cells: Mapping[str, str]) -> list[tuple[str, str]]:
-    """Rows of cells with their reasons, those that differ in numbers only in one row with the first of them."""
+    """Rows of cells with their reasons; reasons that only differ in numbers share a row."""
     kinds: dict[str, list[str]] = {}
     for cell, why in cells.items():
         kinds.setdefault(NUMBER.sub("#", why), []).append(cell)

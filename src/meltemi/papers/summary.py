@@ -1,4 +1,4 @@
-"""Summary of the papers, from the tables of claims on their pages."""
+"""Summary of the papers from the tables of claims on their pages."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ NAMED = {"claim", "quantity", "scheme", "paper", STATED, "verdict", "tolerance",
 
 
 @dataclass(frozen=True)
-class Line:
-    """A claim of a paper on its page.
+class SummaryLine:
+    """Row of a claim on the page of a paper.
 
     Attributes:
       item, paper, ours, verdict: see ``Claim``.
@@ -38,24 +38,24 @@ class Line:
         return "unchecked" if found == "unjudged" else found
 
 
-def claims_on(page: str) -> list[Line]:
+def claims_on(page: str) -> list[SummaryLine]:
     """Claims that the paper states, from the Markdown text of its page."""
     after = page.partition(CAPTION)[2].strip()
     head, *rows = table_rows(re.match(r"(?:\|.*\n?)*", after)[0].splitlines())  # type: ignore[index]
     reasons = re.findall(r"^\*(.+?):\* (.+)$", page, re.M)
     causes = {key: re.split(r"(?<!Fig)(?<=\w\w)\. ", words)[0].rstrip(".") for key, words in reasons}
-    found = []
+    lines = []
     for row in (dict(zip(head, cells, strict=True)) for cells in rows):
         if row.get("basis", "paper") == "paper":
             item = row.get("claim") or f"{row['quantity']}, {row['scheme']}"
             ours = ", ".join(value for name, value in row.items() if value and name not in NAMED)
-            stated = row.get("paper") or row.get(STATED, "")  # an earlier page
-            found.append(Line(item, stated, ours, row["verdict"], causes.get(row["reason"], "")))
-    return found
+            stated = row.get("paper") or row.get(STATED, "")  # format of an earlier version of the page
+            lines.append(SummaryLine(item, stated, ours, row["verdict"], causes.get(row["reason"], "")))
+    return lines
 
 
 def summary(pages: Mapping[str, str]) -> str:
-    """Markdown page on the papers of these pages, by file name."""
+    """Markdown page that summarises pages of papers, by file name."""
     lines = [
         *("# The papers in short", ""),
         "What the papers state, judged by their pages: claims that hold, that hold in one reading of the paper and not",

@@ -51,20 +51,20 @@ def PowerController(
 ) -> Controller:
     """Controller that tracks a power reference, and maximises power below it.
 
-    ``CoordinatedController`` puts a yaw control and individual pitch beside it.
+    ``CoordinatedController`` adds yaw control and individual pitch.
 
     Args:
-      turbine: gives speeds, limits of torque and pitch, and inertia; its gains are not used.
-      performance: of its rotor, from ``performance_of(turbine)``.
-      settings: by default optimal torque with fixed density and the scheme ``hold``.
-      sample_time: [s] between calls; by default every time step.
-      name: for messages.
+      turbine: turbine with speeds, limits of torque and pitch, and inertia; its gains are not used.
+      performance: performance of its rotor, from ``performance_of(turbine)``.
+      settings: settings; by default optimal torque with fixed density and the scheme ``hold``.
+      sample_time: [s] time between calls; by default every time step.
+      name: name for messages.
 
     Returns:
       The controller. Channels: ``power_state`` the number of its state, ``power_setpoint``, ``wind_estimate``.
 
     Raises:
-      InputError: settings that contradict each other or the turbine, or a performance that does not suit.
+      InputError: settings are inconsistent with each other or with the turbine, or the performance is not suitable.
     """
     template = power_settings(turbine, performance, settings or PowerControl())
 
@@ -110,14 +110,14 @@ def power_settings(turbine: AnyTurbine, performance: RotorPerformance, settings:
     for name in ("cut_in_speed", "optimal_speed", "rated_power", "maximum_torque"):
         setattr(x, name, getattr(torque, name))
     x.torque_rate = torque.rate_limit
-    # where the optimal torque would not reach rated power by then, a line as in the baseline law leads there (C-5)
+    # if the optimal torque does not reach rated power at that speed, a line as in the baseline law does (C-5)
     rated_speed = max(torque.rated_speed, NEAR * reference)
     synchronous = rated_speed / (1.0 + torque.slip)
     x.rated_speed, x.synchronous_speed = rated_speed, synchronous
     x.transition_slope = torque.rated_power / rated_speed / (rated_speed - synchronous)
     x.minimum_pitch, x.maximum_pitch, x.pitch_rate = pitch.minimum, pitch.maximum, pitch.rate_limit
     x.efficiency, x.gear_ratio, x.inertia = efficiency, ratio, inertia
-    # a rotor of hardly any inertia turns as its power bids: the loop is then made for that stiffness, T / Omega
+    # the speed of a rotor with little inertia follows its power: the loop is then designed for the stiffness T / Omega
     x.loop_inertia = max(inertia, torque.rated_power / (reference / ratio) ** 2 / frequency)
     x.gear_efficiency = 1.0 if isinstance(turbine, PowerTurbine) else turbine.drivetrain.gearbox_efficiency
     x.radius = turbine.rotor_radius
@@ -136,7 +136,7 @@ def power_settings(turbine: AnyTurbine, performance: RotorPerformance, settings:
     x.reference_rate = (settings.reference_rate or 0.1 * torque.rated_power * efficiency) / efficiency
     x.frequency, x.damping_ratio = frequency, settings.damping_ratio
     x.anticipation = settings.anticipation
-    # C-85: at rated power and speed the torque of the air rises by 3 T / V with the wind
+    # C-85: at rated power and speed the aerodynamic torque increases by 3 T / V with the wind
     rated = torque.rated_power / (reference / ratio)
     area = 0.5 * STANDARD * math.pi * turbine.rotor_radius**2 * rotor.best[1]
     wind = (torque.rated_power / area) ** (1.0 / 3.0)
@@ -144,7 +144,7 @@ def power_settings(turbine: AnyTurbine, performance: RotorPerformance, settings:
     x.available_time = 5.0
     _set_droop(x, settings, turbine)
     x.reference = x.grid_rating = turbine.rated_power
-    # the rate 3 K omega / J at which the optimal torque itself comes back to its tip-speed ratio
+    # the rate 3 K omega / J at which the optimal torque returns to its tip-speed ratio
     optimal = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * rotor.best[1] / rotor.best[0] ** 3
     tracking = settings.tracking_frequency or min(3.0 * optimal * reference / ratio / inertia, frequency)
     x.torque_loop = integrator_settings(
@@ -157,7 +157,7 @@ def power_settings(turbine: AnyTurbine, performance: RotorPerformance, settings:
     tip = turbine.rotor_radius / (rotor.best_ratio * ratio)
     x.optimal_gain = 0.5 * math.pi * turbine.rotor_radius**2 * rotor.best_power * x.gear_efficiency * tip**3
     x.sensitivity = rotor.sensitivity
-    if m == 1:  # nothing is known of the pitch but the turbine's own gains
+    if m == 1:  # no information on the pitch sensitivity except the gains of the turbine
         unit = inertia * frequency**2 / (optimal * (reference / ratio) ** 2)
         x.sensitivity = np.full((1, k), unit / (ratio**2 * pitch.integral_gain / ratio))
     return x
@@ -209,7 +209,7 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
     NREL 5 MW in relation to rated speed.
 
     Raises:
-      InputError: power there does not fall with pitch.
+      InputError: power does not decrease with pitch there.
     """
     pitch, rated = turbine.control.pitch, turbine.control.torque.rated_power
     ratio, speed = turbine.drivetrain.gear_ratio, turbine.rated_rotor_speed
@@ -225,9 +225,9 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
             f"{math.degrees(pitch.gain_halving_pitch):.3g} deg, so the speed loop of power control has no frequency of "
             "its own; correct control.pitch.gain_halving_pitch, or give the frequency of the settings"
         )
-    own = math.sqrt(0.5 * pitch.integral_gain * ratio * slope / inertia)
+    frequency = math.sqrt(0.5 * pitch.integral_gain * ratio * slope / inertia)
     made_for = 2.0 * 0.7 * pitch.integral_gain / max(pitch.proportional_gain, 1e-9 * pitch.integral_gain)
-    return min(own, made_for, FILTERED * turbine.control.filter_frequency)
+    return min(frequency, made_for, FILTERED * turbine.control.filter_frequency)
 
 
 def shaft_inertia(turbine: AnyTurbine) -> float:

@@ -1,17 +1,17 @@
 """Coordinated pitch, yaw and torque control: power control, a yaw control that uses it, and individual pitch.
 
-Power control gives torque and collective pitch (C-80 to C-88), load control what each blade adds (C-27 to C-31), yaw
-control the rate of the yaw drive (C-50 to C-54). Coordinated they are by what each may leave to the others:
+Power control sets torque and collective pitch (C-80 to C-88), load control individual pitch and flaps (C-27 to C-31),
+yaw control the yaw rate (C-50 to C-54). They are coordinated as follows:
 
-* While the wind has more power than is asked for, a yaw error costs pitch, not energy. So the nacelle may stay where it
-  is as long as a weak wind would still give the power that is asked for:
+* While the available power exceeds the demand, a yaw error changes the pitch, not the energy. So the nacelle may keep
+  its angle as long as a weak wind would still deliver the demanded power:
 
       cos(band) = (P / (1/2 rho pi R^2 C_p,max))^(1/3) / v_weak,      v_weak = v - caution * sigma_v
 
-  with the mean v and standard deviation sigma_v of the estimated wind along the present wind direction. The dead band
-  is that, but neither less than the yaw control's own nor more than ``widest_band``, which loads and not power set.
-* The speed takes up what it can before the pitch moves: that is the scheme of the power control.
-* Individual pitch adds to the collective pitch of the moment, whichever state the power control is in.
+  with the mean v and standard deviation sigma_v of the estimated wind along the present wind direction. This
+  dead band is limited to between that of the yaw control and ``widest_band``, which is set by loads.
+* The rotor speed absorbs variations before the pitch moves, by the scheme of the power control.
+* Individual pitch is added to the present collective pitch in all states of the power control.
 
 Reference: docs/theory/control.md (C-91 to C-93).
 """
@@ -49,9 +49,9 @@ class Coordination(Record):
     """Dead band of the yaw control as a function of the power in excess of the reference."""
 
     widest_band: float = Field(default=math.radians(15.0), gt=0.0, lt=0.8)
-    """[rad] dead band beyond which loads forbid to leave the nacelle, however much power there is."""
+    """[rad] largest dead band that loads permit, regardless of the available power."""
     caution: float = Field(default=1.0, ge=0.0, le=5.0)
-    """Standard deviations of the wind below its mean at which the power asked for must still be there."""
+    """Standard deviations of the wind below its mean at which the demanded power must still be available."""
     mean_time: float = Field(default=300.0, gt=0.0, le=3600.0)
     """[s] time constant of mean and standard deviation of the estimated wind."""
 
@@ -89,7 +89,7 @@ def dead_band(x: CoordinationState, power: PowerControlState, error: float, dt: 
     """Dead band [rad] of the yaw error with power in excess of the reference (C-91 to C-93).
 
     Args:
-      error: [rad] averaged yaw error, by whose cosine the wind along its direction is stronger than the estimate.
+      error: [rad] averaged yaw error; the estimate is the wind along its direction times the cosine of the error.
     """
     along = power.wind / max(cos(error), 0.5)
     slow = share(x.mean_time, dt)
@@ -100,10 +100,10 @@ def dead_band(x: CoordinationState, power: PowerControlState, error: float, dt: 
     best = 0.5 * power.density * pi * power.radius * power.radius * power.best_coefficient
     needed = third_root(max(power.setpoint, 1.0) / (best * power.gear_efficiency))
     cosine = needed / weak
-    own, widest = x.own_band, x.widest_band
-    x.switches += crossed(cosine - cos(own)) + crossed(cosine - cos(widest))
-    if cosine >= cos(own):
-        return own
+    band, widest = x.own_band, x.widest_band
+    x.switches += crossed(cosine - cos(band)) + crossed(cosine - cos(widest))
+    if cosine >= cos(band):
+        return band
     if cosine <= cos(widest):
         return widest
     return atan2(sqrt(1.0 - cosine * cosine), cosine)
@@ -113,22 +113,22 @@ def dead_band(x: CoordinationState, power: PowerControlState, error: float, dt: 
 def update(state: Float, measurements: Float, demands: Float, dt: float) -> None:
     """One call of the controller."""
     x, measured, wanted = CoordinatedState(state), Measurements(measurements), Demands(demands)
-    own, power, yaw = x.coordination, x.power, x.yaw
+    coordination, power, yaw = x.coordination, x.power, x.yaw
     power_step(power, measured, wanted, dt)
-    if own.individual > 0.0:
+    if coordination.individual > 0.0:
         law = x.load.collective
         law.pitch = power.pitch
         individual(x.load, measured, wanted, dt)
         power.switches += law.switches
         law.switches = 0.0
-    if own.yaws > 0.0:
-        if own.relieves > 0.0:
-            yaw.dead_band = dead_band(own, power, yaw.averaged, dt)
+    if coordination.yaws > 0.0:
+        if coordination.relieves > 0.0:
+            yaw.dead_band = dead_band(coordination, power, yaw.averaged, dt)
         wanted.yaw_rate = yaw_step(yaw, measured, dt)
         wanted.yaw_error, wanted.yaw_threshold = yaw.filtered, yaw.dead_band
-        power.switches += yaw.switches + own.switches
+        power.switches += yaw.switches + coordination.switches
         yaw.switches = 0.0
-        own.switches = 0.0
+        coordination.switches = 0.0
 
 
 def CoordinatedController(
@@ -145,18 +145,18 @@ def CoordinatedController(
     """Controller of pitch, yaw and torque (Fig. 16 of Palanimuthu et al. 2022).
 
     Args:
-      turbine: of blades, or of a power coefficient.
-      performance: of its rotor, see ``performance_of``.
-      power: torque, power reference and collective pitch.
-      yaw: of the nacelle; none leaves it where it is. The model needs ``yaw="driven"``.
-      relief: lets the dead band of the yaw follow the power that is to spare; none keeps it.
-      load: what each blade's pitch and flaps add; none by default. Its collective law is not used.
-      sample_time: [s] between calls; by default every time step.
-      name: for messages.
+      turbine: turbine with blades or with a power coefficient.
+      performance: performance of its rotor, see ``performance_of``.
+      power: settings of torque, power reference and collective pitch.
+      yaw: yaw control; None keeps the nacelle fixed. The model needs ``yaw="driven"``.
+      relief: dead band of the yaw control as a function of the power reserve; None keeps it constant.
+      load: load control by individual pitch and flaps; none by default. Its collective law is not used.
+      sample_time: [s] time between calls; by default every time step.
+      name: name for messages.
 
     Raises:
-      InputError: relief without yaw, a widest band within the yaw's own, load control of a turbine without blades or
-        with a notch or preview, or whatever the parts refuse.
+      InputError: relief without yaw control, a widest band within the dead band, load control of a turbine without
+        blades or with a notch or preview, or invalid settings of a part.
     """
     if relief is not None and yaw is None:
         raise InputError(
@@ -175,13 +175,13 @@ def CoordinatedController(
         )
     template = power_settings(turbine, performance, power or PowerControl())
     blades = LoadController(turbine, load, sample_time=sample_time) if load and isinstance(turbine, Turbine) else None
-    own = yaw_settings(yaw or YawControl(), turbine.yaw)
+    yaw_values = yaw_settings(yaw or YawControl(), turbine.yaw)
     settings = relief or Coordination()
     coordination = CoordinationState.of(
         individual=blades is not None,
         yaws=yaw is not None,
         relieves=relief is not None,
-        own_band=own.dead_band,
+        own_band=yaw_values.dead_band,
         widest_band=settings.widest_band,
         caution=settings.caution,
         mean_time=settings.mean_time,
@@ -189,7 +189,9 @@ def CoordinatedController(
 
     def init(start: StartPoint) -> CoordinatedState:
         load = LoadControlState.of() if blades is None else blades.init(start)
-        x = CoordinatedState.of(coordination=coordination, yaw=own, power=power_start(template, start), load=load)
+        x = CoordinatedState.of(
+            coordination=coordination, yaw=yaw_values, power=power_start(template, start), load=load
+        )
         x.coordination.mean = start.wind_speed
         return x
 

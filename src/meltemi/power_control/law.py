@@ -1,9 +1,9 @@
 """Law of the power control (C-80 to C-88).
 
 Each call: filtered speed, density, wind estimate; the set-point of the power from reference, limit and frequency; the
-speeds that bound the states; the machine; pitch; torque. Everything is on the generator's side of the gearbox but for
-the estimator. Below the lower speed the torque is the optimal one, or what A3 spares after a held pitch, so a set-point
-that the wind cannot give does not stall the rotor: power falls instead.
+speeds that bound the states; the machine; pitch; torque. All quantities except those of the estimator refer to the
+high-speed shaft. Below the lower speed the torque is the optimal one, or that of A3 after a fixed pitch, so a
+set-point above the available power does not stall the rotor: power decreases instead.
 
 Reference: docs/theory/control.md (C-80 to C-88); Palanimuthu et al. (2022), section 5.
 """
@@ -45,12 +45,12 @@ def air_density(x: PowerControlState, measured: Measurements) -> float:
     kind = whole(x.air)
     if kind == 0:
         return x.density
-    found = 0.0
+    density = 0.0
     if kind == 1:
-        found = moist_air_density(measured.air_temperature, 0.0, x.assumed_pressure)
+        density = moist_air_density(measured.air_temperature, 0.0, x.assumed_pressure)
     else:
-        found = moist_air_density(measured.air_temperature, measured.humidity, measured.air_pressure)
-    return found if 0.2 < found < 3.0 else x.density
+        density = moist_air_density(measured.air_temperature, measured.humidity, measured.air_pressure)
+    return density if 0.2 < density < 3.0 else x.density
 
 
 @kernel
@@ -101,8 +101,8 @@ def lower_speed(x: PowerControlState, gain: float, power: float) -> float:
 def estimate_wind(x: PowerControlState, measured: Measurements, dt: float) -> None:
     """One step of the wind estimate by immersion and invariance (C-85).
 
-    Speed, torque and pitch go through the same low-pass, which leaves the balance of torque as it is and the shaft's
-    torsion out of it.
+    Speed, torque and pitch have the same low-pass filter, which keeps the torque balance and removes the torsion of
+    the shaft.
     """
     ratio, radius, inertia = x.gear_ratio, x.radius, x.inertia
     speed, angle = x.speed / ratio, 0.0
@@ -130,7 +130,7 @@ def estimate_wind(x: PowerControlState, measured: Measurements, dt: float) -> No
 def fine_power(x: PowerControlState) -> float:
     """Mechanical power [W] that the estimated wind would give at this speed with fine pitch (C-84).
 
-    None of it counts at tip-speed ratios of half the best one and less: near the stall nothing is to be spared.
+    It is zero at tip-speed ratios of half the optimum and below: near stall there is no reserve.
     """
     radius, wind = x.radius, x.wind
     disk = 0.5 * x.density * pi * radius * radius * wind * wind * wind
@@ -150,10 +150,10 @@ def estimate_efficiency(x: PowerControlState, measured: Measurements, dt: float)
 
 
 @kernel
-def wanted_power(x: PowerControlState, measured: Measurements) -> float:
+def requested_power(x: PowerControlState, measured: Measurements) -> float:
     """Mechanical power [W] requested by the operator and by droop, at most rated power (C-87)."""
     rated, efficiency = x.rated_power, x.efficiency
-    if measured.power_reference == measured.power_reference:  # else the link is lost: the last one holds
+    if measured.power_reference == measured.power_reference:  # otherwise the link is lost: the last value holds
         x.reference = measured.power_reference
     reference = x.reference / efficiency
     if x.reference > x.grid_rating * 1.000001 and x.reference < 1e300:
@@ -181,7 +181,7 @@ def wanted_power(x: PowerControlState, measured: Measurements) -> float:
 @kernel
 def set_point(x: PowerControlState, measured: Measurements, dt: float) -> None:
     """Rate-limited power set-point; it falls from the present power (C-87)."""
-    wanted, now = wanted_power(x, measured), x.setpoint
+    wanted, now = requested_power(x, measured), x.setpoint
     if wanted < now:
         now = min(now, max(wanted, x.torque * x.speed))
     step = x.reference_rate * dt
@@ -193,7 +193,7 @@ def set_point(x: PowerControlState, measured: Measurements, dt: float) -> None:
 def inertial_power(x: PowerControlState, measured: Measurements, dt: float) -> float:
     """Mechanical power [W] of synthetic inertia, by the filtered rate of change of frequency (C-88).
 
-    It fades where the speed falls to the begin of the optimal torque: the rotor keeps what it needs to recover.
+    It vanishes as the speed falls to the begin of the optimal torque, so that the rotor can recover.
     """
     if x.inertia_gain <= 0.0:
         return 0.0
@@ -220,14 +220,14 @@ def bound_speeds(x: PowerControlState, gain: float, dt: float) -> float:
         lower = min(lower, least)
     lower = min(lower, reference)
     x.lower = lower
-    slow = x.recovery_margin * x.frequency * dt  # of a bound that the rotor has to follow
+    slow = x.recovery_margin * x.frequency * dt  # rate limit of a bound that the rotor has to follow
     if scheme == 0:
         x.upper = min(max(lower, x.upper - slow), reference)
     else:
         x.upper = reference
     recovery = min(lower + x.recovery_margin, x.upper)
     if scheme == 3:
-        # pitch that falls raises this speed, which lets the pitch fall further
+        # decreasing pitch raises this speed, which decreases the pitch further
         recovery = min(recovery, x.recovery + slow)
     x.recovery = recovery
     return gain
@@ -237,7 +237,7 @@ def bound_speeds(x: PowerControlState, gain: float, dt: float) -> float:
 def tune_pitch_loop(x: PowerControlState, gain: float, dt: float) -> None:
     """Gains of the pitch loop at the present pitch, speed and power (C-86).
 
-    The pitch is filtered: gains that grow while it falls would drive it.
+    The pitch is filtered: gains that grow with decreasing pitch would destabilise the loop.
     """
     x.slow_pitch += (1.0 - exp(-dt * x.frequency)) * (x.pitch - x.slow_pitch)
     ratio = x.gear_ratio
@@ -271,7 +271,7 @@ def step_machine(x: PowerControlState) -> None:
     row = transition(t.MACHINE, state, x.holds)
     if row >= 0:
         x.state = float(t.MACHINE[row, TO])
-        # bumpless: the loop begins with the pitch there is
+        # bumpless: the loop begins with the present pitch
         x.pitch_loop.integral = x.pitch - x.pitch_loop.proportional_gain * pitch_error(x)
 
 
@@ -315,7 +315,7 @@ def least_torque(x: PowerControlState, gain: float) -> float:
     spared = SPARED * fine_power(x) / max(x.speed, 1e-3)
     if mode == PITCH_FINE:
         x.switches += crossed(spared - law)
-        if spared <= law:  # the speed is back
+        if spared <= law:  # the speed has recovered
             x.spares = 0.0
     return max(law, spared)
 
@@ -324,9 +324,9 @@ def least_torque(x: PowerControlState, gain: float) -> float:
 def track_ratio(x: PowerControlState, law: float, high: float, low: float, more: float, dt: float) -> float:
     """Torque demand of the loop on the best speed for the estimated wind; ``law`` [N m] holds while limited.
 
-    The set-point that rises takes its lower speed away from the rotor. A loop on that speed alone would unload the
-    generator, of power that is there and asked for, and let the pitch wait. So from a limited power on the torque goes
-    to that of (C-82) and stays there, until the speed has arrived.
+    A rising set-point moves its lower speed away from the rotor speed. A loop on that speed alone would unload the
+    generator although the power is available and demanded, and delay the pitch. So after limited power the torque
+    moves to that of (C-82) and stays there until the speed has arrived.
 
     Args:
       high, low: [N m] limits of the demand.
@@ -336,22 +336,22 @@ def track_ratio(x: PowerControlState, law: float, high: float, low: float, more:
     best = max(x.best_ratio * x.wind / x.radius * x.gear_ratio, x.optimal_speed)
     error = x.speed - min(best, x.lower)
     x.switches += crossed(best - x.lower)
-    own = last - more
+    torque = last - more
     if best >= x.lower:
         x.limited = 1.0
     elif error >= 0.0 and x.limited > 0.5:
         x.limited = 0.0
-        loop.integral = own - loop.proportional_gain * error  # bumpless: it goes on from the torque there is
+        loop.integral = torque - loop.proportional_gain * error  # bumpless: it continues from the present torque
     if x.limited > 0.5:
-        near = own + (1.0 - exp(-dt * x.frequency)) * (law - own)
+        near = torque + (1.0 - exp(-dt * x.frequency)) * (law - torque)
         high = max(min(high, max(law, near) + more), low)
         low = min(max(low, min(law, near) + more), high)
-    own = integrator(loop, error, low - more, high - more, dt)
+    torque = integrator(loop, error, low - more, high - more, dt)
     x.switches += loop.switches
     loop.switches = 0.0
-    if x.limited > 0.5:  # where the law gave more, the loop follows
-        loop.integral = max(loop.integral, own - loop.proportional_gain * error)
-    return own + more
+    if x.limited > 0.5:  # the loop follows the law where that demanded more
+        loop.integral = max(loop.integral, torque - loop.proportional_gain * error)
+    return torque + more
 
 
 @kernel
@@ -359,16 +359,16 @@ def move_torque(x: PowerControlState, gain: float, more: float, dt: float) -> No
     """Torque demand, within the set-point, the torque's limit and its rate.
 
     Args:
-      gain: of the torque law at the present pitch.
+      gain: gain of the torque law at the present pitch.
       more: [W] for the grid's frequency, taken from the rotor's motion.
     """
     speed = max(x.speed, 1e-3)
-    held = x.setpoint / speed
+    torque = x.setpoint / speed
     step, last = x.torque_rate * dt, x.torque
     most = min((x.setpoint + more) / speed, min(x.maximum_torque, x.rated_power / speed))
     law = least_torque(x, gain)
-    x.switches += crossed(law - held) + crossed(held - x.maximum_torque)
-    law = min(law, held)
+    x.switches += crossed(law - torque) + crossed(torque - x.maximum_torque)
+    law = min(law, torque)
     if x.tracks_ratio > 0.5:
         high = max(max(min(most, last + step), last - step), 0.0)
         x.torque = track_ratio(x, law, high, max(last - step, 0.0), more / speed, dt)
@@ -384,7 +384,7 @@ def power_step(x: PowerControlState, measured: Measurements, demands: Demands, d
 
     Args:
       x: settings and state, see ``power_settings``.
-      measured: by the sensors.
+      measured: measurements of the sensors.
       demands: torque, pitch of all blades and its reports are written.
       dt: [s] since the last call.
     """

@@ -6,7 +6,7 @@ With the density rho, R and the gear ratio N, and K of (C-80):
     g(beta)                K / rho that is best at a held pitch (A3)
     s(beta, r)             -dP/dbeta over K omega^3, where the power is P = r^3 K omega^3 (C-86)
 
-All lie on uniform grids and are read by straight lines.
+All tables have uniform grids and are interpolated linearly.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ def power_coefficient(x: PowerControlState, ratio: float, pitch: float) -> float
     """Power coefficient by tip-speed ratio and pitch [rad]; below the table with the torque coefficient of its edge."""
     row = (ratio - x.ratio_first) / x.ratio_step
     column = (pitch - x.pitch_first) / x.pitch_step
-    found = bilinear(x.power_coefficient, whole(x.ratios), whole(x.pitches), row, column)
-    return found * (ratio / x.ratio_first) if ratio < x.ratio_first else found
+    value = bilinear(x.power_coefficient, whole(x.ratios), whole(x.pitches), row, column)
+    return value * (ratio / x.ratio_first) if ratio < x.ratio_first else value
 
 
 @kernel
@@ -67,7 +67,7 @@ class RotorTables:
       pitch: (m,) [rad] uniform.
       power: (n, m) C_p.
       share: (k,) uniform.
-      sensitivity: (m, k) [1/rad] of (C-86).
+      sensitivity: (m, k) [1/rad] sensitivity of (C-86).
       best_ratio, best_power: (m,) where C_p is largest at each pitch, and that C_p.
       best: both at the smallest pitch.
     """
@@ -88,7 +88,7 @@ def rotor_tables(performance: RotorPerformance, fine: float) -> RotorTables:
     """Look-up tables of a rotor for its power control.
 
     Args:
-      performance: with the tip-speed ratio of the largest power coefficient inside.
+      performance: tables with the largest power coefficient in their interior.
       fine: [rad] the smallest pitch of the turbine.
 
     Raises:
@@ -114,10 +114,10 @@ def rotor_tables(performance: RotorPerformance, fine: float) -> RotorTables:
 
     def best(at_pitch: float) -> tuple[float, float]:
         fine_ratio = np.linspace(ratios[0], ratios[-1], 4001)
-        found = coefficient(fine_ratio, np.full(4001, at_pitch))
-        i = min(max(int(np.argmax(found)), 1), 3999)
-        left, middle, right = found[i - 1 : i + 2]
-        bend = left - 2.0 * middle + right  # a parabola through three points
+        values = coefficient(fine_ratio, np.full(4001, at_pitch))
+        i = min(max(int(np.argmax(values)), 1), 3999)
+        left, middle, right = values[i - 1 : i + 2]
+        bend = left - 2.0 * middle + right  # parabola through three points
         step = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
         at_ratio = float(fine_ratio[i] + min(max(step, -1.0), 1.0) * (fine_ratio[1] - fine_ratio[0]))
         return at_ratio, float(coefficient(np.array(at_ratio), np.array(at_pitch)))

@@ -30,7 +30,7 @@ class Droop(Record):
     nominal: float | None = Field(default=None, gt=10.0, lt=100.0)
     """[Hz] frequency; by default that of the turbine's electrical system, 50 Hz where it has none."""
     reserve: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """Share of the available power that is held back, so that power can rise too."""
+    """Share of the available power that is kept in reserve, so that power can also increase."""
     inertia: float = Field(default=0.0, ge=0.0, le=30.0)
     """[s] synthetic inertia constant H: power against the rate of frequency as a synchronous machine; 0: none."""
     inertia_time: float = Field(default=0.2, gt=0.0, le=10.0)
@@ -40,7 +40,7 @@ class Droop(Record):
 
 
 class PowerControl(Record):
-    """Settings of the power control; what is not given follows from the turbine."""
+    """Settings of the power control; missing settings follow from the turbine."""
 
     torque: Literal["optimal", "tip_speed_ratio"] = "optimal"
     """Below the power reference: torque in proportion to the speed's square, or a wind estimate and its best speed."""
@@ -48,9 +48,9 @@ class PowerControl(Record):
     """The air that the law assumes: ``air_density``; dry air of the measured temperature at ``air_pressure``; that of
     measured temperature, humidity and pressure."""
     air_density: float = Field(default=STANDARD, gt=0.2, lt=3.0)
-    """[kg/m^3] of ``density: fixed``."""
+    """[kg/m^3] air density for ``density: fixed``."""
     air_pressure: float = Field(default=SEA_LEVEL_PRESSURE, gt=3e4, lt=1.2e5)
-    """[Pa] of ``density: temperature``."""
+    """[Pa] air pressure for ``density: temperature``."""
     scheme: Scheme = "hold"
     """While power is limited: ``optimal_speed`` (A0) pitches from the speed on at which the reference is met,
     ``rated_speed`` (A1) from rated speed on, ``hold`` (A2) holds the pitch between the two, ``wide_hold`` (A3) down to

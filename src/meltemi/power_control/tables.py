@@ -15,7 +15,7 @@ from meltemi.control_laws.machine import cells, machine, transitions
 
 
 @dataclass(frozen=True)
-class State:
+class PowerControlMode:
     """State of the power control.
 
     Attributes:
@@ -55,7 +55,7 @@ power_tracking | maximum_power  | not above_lower
 """
 
 
-STATES = tuple(State(*row) for row in cells(_STATES))
+STATES = tuple(PowerControlMode(*row) for row in cells(_STATES))
 CONDITIONS = tuple(name for name, _ in cells(_CONDITIONS))
 WORDS = dict(cells(_CONDITIONS))
 TRANSITIONS = transitions(_TRANSITIONS)

@@ -1,4 +1,4 @@
-"""Turbines at sea: waves and current, their loads on a pile, the pile below the tower, soil; ``meltemi sea``.
+"""Offshore turbines: waves and current, their loads on a pile, the pile below the tower, soil; ``meltemi sea``.
 
 Public names are in ``meltemi.environment`` (seas) and ``meltemi.turbine`` (support and soil).
 """

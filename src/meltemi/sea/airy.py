@@ -18,14 +18,14 @@ GRAVITY = 9.80665
 
 
 @dataclass(frozen=True)
-class Components:
-    """Waves whose sum is a sea (H-1).
+class WaveComponents:
+    """Wave components whose sum is a sea (H-1).
 
     Attributes:
       frequency: (M,) [rad/s] above zero.
       amplitude: (M,) [m] complex: modulus, and phase at the origin at time 0.
-      direction: (M,) [rad] of travel, counter-clockwise from above from the x axis.
-      period: [s] after which the sum repeats: all frequencies are multiples of 2 pi over it; None if it does not.
+      direction: (M,) [rad] direction of travel, counter-clockwise from above from the x axis.
+      period: [s] repeat period of the sum: all frequencies are multiples of 2 pi over it; None if it does not.
     """
 
     frequency: Float

@@ -1,8 +1,8 @@
-"""Tuned mass dampers in blades, as a part of the machine.
+"""Tuned mass dampers in blades, as a part of the turbine model.
 
 A mass is a particle at the end of an arm on the blade node that is closest to it. Along its axes, which turn with the
-section, springs carry it; along the others the blade carries it, so that there its inertia is in the mass matrix and
-the reaction contains no acceleration that is not known.
+section, it is supported by springs; along the others by the blade, so that its inertia there is in the mass matrix and
+the reaction contains known accelerations only.
 
 Reference: docs/theory/sea.md (H-45, H-49 to H-55); La Cava & Lackner, theory of OpenFAST's StC.
 """
@@ -86,7 +86,7 @@ class RiderLoad(Table, axes="damper"):
 
     free: Numbers = number("-", "1 when the mass moves; in steady operation it rests in the blade")
     begun: Numbers = number("-", "1 after the first step")
-    told: Numbers = number("-", "1 when the load is among those of the blade, after an evaluation")
+    applied: Numbers = number("-", "1 when the load is among those of the blade, after an evaluation")
     force: Vectors = xyz("N", "of the mass on the blade, blade axes")
     place: Vectors = xyz("m", "mass from the rotor apex, blade axes")
 
@@ -107,7 +107,7 @@ class Slide(Table, axes="slider"):
 
 
 class Swing(Table, axes="coordinate"):
-    """Partial velocities of one mass."""
+    """Partial velocities of a mass."""
 
     velocity: Vectors = xyz("- or m", "by coordinates below the blades, then those of its blade; axes of the damper")
 
@@ -175,7 +175,7 @@ def partial_velocities(n: int, arm: Vec, E: Rot, m: BladeDamperSystem) -> None:
 
 @kernel
 def acceleration(n: int, m: BladeDamperSystem) -> Vec:
-    """Acceleration of a mass minus gravity, but for its own along the axes, in its axes (H-50)."""
+    """Acceleration of a mass minus gravity, without its relative acceleration along the axes, in its axes (H-50)."""
     arm, E = place(n, m)
     partial_velocities(n, arm, E, m)
     a, core, modes = known(n, arm, E, m), m.columns.coordinates, m.partial_alone.modes
@@ -197,7 +197,7 @@ def slide_rates(n: int, m: BladeDamperSystem) -> tuple[float, float]:
 
 @kernel
 def carried(n: int, m: BladeDamperSystem) -> Vec:
-    """[kg] what the blade carries along the axes of a mass."""
+    """Mass [kg] that the blade supports along the axes of a damper."""
     p, free = m.rider, m.rider_load.free[n]
     return Vec(p.mass[n] * (1.0 - free * p.x[n]), p.mass[n] * (1.0 - free * p.y[n]), p.mass[n])
 
@@ -222,7 +222,7 @@ def settle(n: int, m: BladeDamperSystem) -> None:
                 k = whole(p.first[n]) if axis == 0 else second(n, m)
                 across = w.z * w.z + (w.y * w.y if axis == 0 else w.x * w.x)
                 pushed = -(a.x if axis == 0 else a.y) - stiff * s.position[k]
-                # a spring that rotation overcomes leaves the mass at a stop
+                # if the rotation overcomes the spring, the mass is at a stop
                 x = s.position[k] + pushed / (stiff - across) if stiff > across else pushed * FAR
                 s.position[k] = min(max(x, p.low[n]), p.high[n])
 
@@ -238,7 +238,7 @@ def _(dt: float, c: BladeDamperControl, m: BladeDamperSystem) -> None:
         s.velocity[i] = s.acceleration[i] = s.earlier[i] = s.held[i] = 0.0
     motion(m)
     for n in range(m.rider_load.dampers):
-        # a run releases the masses; without one (trim, means) they rest in the blade
+        # a run releases the masses; otherwise (trim, means) they are at rest in the blade
         m.rider_load.free[n] = 1.0 if dt > 0.0 else 0.0
         m.rider_load.begun[n] = 0.0
         settle(n, m)
@@ -255,7 +255,7 @@ def _(c: BladeDamperControl, m: BladeDamperSystem) -> None:
 @outer_forces.variant
 @kernel
 def blade_damper_forces(t: float, m: BladeDamperSystem) -> None:
-    """Forces of the masses on all coordinates, and what the blade carries in their mass matrix (H-54)."""
+    """Forces of the masses on all coordinates, and masses supported by the blade in the mass matrix (H-54)."""
     p, s, load, u, core = m.rider, m.slide, m.rider_load, m.swing.velocity, m.columns.coordinates
     for n in range(load.dampers):
         if load.free[n] == 0.0:
@@ -266,7 +266,7 @@ def blade_damper_forces(t: float, m: BladeDamperSystem) -> None:
         arm, E = place(n, m)
         partial_velocities(n, arm, E, m)
         F, M = reaction(n, known(n, arm, E, m), m), carried(n, m)
-        load.told[n] = 0.0
+        load.applied[n] = 0.0
         load.place[n] = m.motion_alone.position[b, whole(p.node[n])] + arm
         for k in range(core):
             m.core_force[k] += dot(u[k], F)
@@ -286,7 +286,7 @@ def blade_damper_forces(t: float, m: BladeDamperSystem) -> None:
 @begin_parts_step.variant
 @kernel
 def _(dt: float, m: BladeDamperSystem) -> None:
-    """As the coordinates are predicted, so that masses move in step with them."""
+    """Same predictor as for the coordinates, so that masses move consistently with them."""
     s, load = m.slide, m.rider_load
     for n in range(load.dampers):
         if load.begun[n] == 0.0:
@@ -337,8 +337,8 @@ def _(m: BladeDamperSystem) -> None:
 def _(m: BladeDamperSystem) -> None:
     p, load = m.rider, m.rider_load
     for n in range(load.dampers):
-        if load.told[n] == 0.0:
-            load.told[n] = 1.0
+        if load.applied[n] == 0.0:
+            load.applied[n] = 1.0
             b, R = whole(p.blade[n]), m.motion_alone.orientation[whole(p.blade[n]), whole(p.node[n])]
             load.force[n] = (R @ p.frame[n]) @ reaction(n, acceleration(n, m), m)
             m.body.force[b] += load.force[n]
@@ -348,7 +348,7 @@ def _(m: BladeDamperSystem) -> None:
 @outer_section_loads.variant
 @kernel
 def _(m: BladeDamperSystem, s: Outputs) -> None:
-    """Forces of the masses at the stations of the blades inboard of them."""
+    """Loads of the masses at the stations of the blades inboard of them."""
     p, load, out, nodes = m.rider, m.rider_load, s.station, s.blade_edges.shape[0] - 1
     for n in range(load.dampers):
         b = whole(p.blade[n])
@@ -386,8 +386,8 @@ class BladeDamperPart(Part):
 
     def arrays(self) -> dict[str, Any]:
         """Constants, rates, and partial velocities."""
-        own = {"rider": self.rider.copy(), "d_slide": Slide.zeros(slider=len(self.sliders))}
-        return own | {"swing": Swing.zeros(coordinate=self.coordinates)}
+        arrays = {"rider": self.rider.copy(), "d_slide": Slide.zeros(slider=len(self.sliders))}
+        return arrays | {"swing": Swing.zeros(coordinate=self.coordinates)}
 
     def channels(self) -> Sequence[Channel]:
         """Displacement of each mass, and the force of its spring on the blade."""
@@ -424,8 +424,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> BladeDamperPart:
     """The mass dampers in blades of a turbine; as ``simulation.parts.parts_of``.
 
     Raises:
-      InputError: one is beyond the blade, in a blade that there is not, or too soft for the rotation; or the time step
-        is too long for a spring or stop.
+      InputError: a damper is beyond the blade, in a blade that does not exist, or too soft for the rotation; or the
+        time step is too long for a spring or stop.
     """
     structure, beam, B = turbine.blade.structure, rotor.blade.beam, turbine.n_blades
     dampers = [(i, d) for i, d in enumerate(turbine.mass_dampers, start=1) if d.span is not None]
@@ -442,7 +442,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> BladeDamperPart:
         angle = np.interp(d.span, structure.position, structure.twist) if d.angle is None else d.angle
         c, s = cos(angle), sin(angle)
         for axis, out in (("x", c), ("y", s)):
-            # in the rotor plane rotation softens the spring; ``out`` is the share of the axis out of it
+            # rotation softens the spring in the rotor plane; ``out`` is the out-of-plane share of the axis
             soft = d.mass * (1.0 - out * out) * turbine.rated_rotor_speed**2
             if axis in d.axes and d.stops is None and d.stiffness <= soft:
                 raise InputError(

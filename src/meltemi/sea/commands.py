@@ -26,23 +26,23 @@ def sea(
     crest: Annotated[float | None, "Height of an embedded crest [m], at 60 s."] = None,
     out: OutOption = Path("out"),
 ) -> None:
-    """Make a sea; writes the series of its elevation and kinematics, a table and a plot."""
+    """Generate a sea; write the series of its elevation and kinematics, a table and a plot."""
     given = {"seed": seed, "spectrum": spectrum, "crest": None if crest is None else {"height": crest}}
-    found = _described(target, regular, {name: value for name, value in given.items() if value is not None})
+    described = _described(target, regular, {name: value for name, value in given.items() if value is not None})
     from meltemi.core.csvfile import write_columns
     from meltemi.sea.plots import plot_sea
     from meltemi.sea.statistics import SeaSeries, sea_series, sea_statistics
 
-    series: SeaSeries = sea_series(found, depth, duration)
+    series: SeaSeries = sea_series(described, depth, duration)
     head, rows = sea_statistics(series)
     columns = [("time", "s"), ("elevation", "m")]
     columns += [(f"{name} at {z:g} m", unit) for z in series.height for name, unit in (("u", "m/s"), ("a", "m/s^2"))]
     files = [
         write_columns(out / "sea.csv", columns, series.table()),
         meltemi.io.write_csv(out / "statistics.csv", head, rows),
-        write_figure(out / "sea.png", plot_sea(found, series)),
+        write_figure(out / "sea.png", plot_sea(described, series)),
     ]
-    print_table(found.label, head, rows)
+    print_table(described.label, head, rows)
     wrote(*files)
     suggest("run", "iea15mw-monopile", "--wind-speed", 12, "--sea", target, "--out", out)
 

@@ -1,4 +1,4 @@
-"""What every sea has in common."""
+"""Common properties of all seas."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.shown import Viewed
 from meltemi.core.usual import unusual_numbers
-from meltemi.sea.airy import GRAVITY, Components, wave_number
+from meltemi.sea.airy import GRAVITY, WaveComponents, wave_number
 from meltemi.sea.current import Current
 
 Stretching = Literal["none", "vertical", "extrapolation", "wheeler"]
@@ -34,18 +34,18 @@ class Sea(Record, Viewed):
         """Short description, for titles and metadata."""
         return "still water"
 
-    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> Components:
-        """The waves of the sea; none in still water.
+    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> WaveComponents:
+        """Wave components of the sea; none in still water.
 
         Args:
-          depth: [m] of the still water.
-          duration: [s] that they have to cover.
+          depth: [m] depth of the still water.
+          duration: [s] duration that they have to cover.
 
         Raises:
-          InputError: waves break, or the sea does not last.
+          InputError: waves break, or the sea is too short.
         """
         none = np.zeros(0)
-        return Components(none, none.astype(np.complex128), none, None)
+        return WaveComponents(none, none.astype(np.complex128), none, None)
 
     def doubts(self) -> list[str]:
         """Sentences about numbers that are unusual."""
@@ -53,13 +53,13 @@ class Sea(Record, Viewed):
 
 
 class StillWater(Sea):
-    """No waves."""
+    """Still water without waves."""
 
     kind: Literal["still"] = "still"
 
 
 def breaking_height(period: float, depth: float) -> float:
-    """[m] of a wave of a period [s] that just does not break in water of a depth [m]."""
+    """Largest height [m] of a wave of a period [s] that does not break in water of a depth [m]."""
     k = float(wave_number(np.array([2.0 * np.pi / period]), depth)[0])
     return min(BREAKS_IN_SHALLOWS * depth, float(BREAKS_STEEP * 2.0 * np.pi / k * np.tanh(k * depth)))
 
@@ -68,7 +68,7 @@ def refuse_breaking(height: float, period: float, depth: float, what: str) -> No
     """Check that a wave of a height [m] and a period [s] does not break.
 
     Raises:
-      InputError: it does.
+      InputError: the wave breaks.
     """
     k = float(wave_number(np.array([2.0 * np.pi / period]), depth)[0])
     steepest = BREAKS_STEEP * 2.0 * np.pi / k * np.tanh(k * depth)
@@ -82,5 +82,5 @@ def refuse_breaking(height: float, period: float, depth: float, what: str) -> No
 
 
 def along(direction: float | Any) -> Any:
-    """Direction of travel, counter-clockwise from the x axis, of a direction that is clockwise as the wind's."""
+    """Direction of travel, counter-clockwise from the x axis, from one that is clockwise like that of the wind."""
     return -direction

@@ -21,19 +21,19 @@ class Crest(Record):
     """The largest wave of a sea."""
 
     height: float = Field(gt=0.0, lt=60.0)
-    """[m; 0.5 to 40]."""
+    """[m; 0.5 to 40] height of the crest or wave."""
     of: Literal["crest", "crest to trough"] = "crest"
-    """What has this height: the crest above still water, or the wave from its crest to the following trough."""
+    """Meaning of the height: the crest above still water, or the wave from its crest to the following trough."""
     time: float = Field(default=60.0, ge=0.0)
-    """[s] of the crest at the origin."""
+    """[s] time of the crest at the origin."""
 
     def embedded(self, frequency: Float, amplitude: Complex, share: Float) -> Complex:
         """Amplitudes (M,) with the crest (H-17): the sea given its elevation and slope at that time.
 
         Args:
-          frequency: (M,) [rad/s].
-          amplitude: (M,) [m] of the random sea.
-          share: (M,) variance of each over that of all.
+          frequency: (M,) [rad/s] frequencies.
+          amplitude: (M,) [m] amplitudes of the random sea.
+          share: (M,) variance of each component over the total.
         """
         turn = np.exp(-1j * frequency * self.time)
         at_crest = amplitude / turn

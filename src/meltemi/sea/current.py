@@ -25,15 +25,15 @@ class Current(Record):
     near_surface: float = Field(default=0.0, ge=0.0, lt=10.0)
     """[m/s; 0.02 to 3] at still water, driven by the wind; decreases linearly to zero at ``reference_depth``."""
     reference_depth: float = Field(default=20.0, gt=0.0)
-    """[m; 2 to 100] of the current near the surface."""
+    """[m; 2 to 100] depth of the near-surface current."""
     uniform: float = Field(default=0.0, ge=0.0, lt=10.0)
     """[m/s; 0.02 to 4] at all depths."""
     height: Vector | None = None
-    """(K,) [m] of a table, from still water, increasing; constant beyond."""
+    """(K,) [m] heights of a table, from still water, increasing; constant beyond."""
     speed: Vector | None = None
-    """(K,) [m/s] of the table."""
+    """(K,) [m/s] speeds of the table."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] towards which it flows, clockwise from above as that of the wind."""
+    """[rad] direction towards which it flows, clockwise from above as that of the wind."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -47,7 +47,7 @@ class Current(Record):
         return self
 
     def at(self, z: Float, depth: float) -> Float:
-        """(P, 2) [m/s] along x and y at heights (P,) [m] from still water; above it as at it."""
+        """(P, 2) [m/s] velocity along x and y at heights (P,) [m] from still water; above it as at still water."""
         z = np.clip(z, -depth, 0.0)
         speed = self.sub_surface * ((z + depth) / depth) ** EXPONENT + self.uniform
         speed = speed + self.near_surface * np.maximum(0.0, 1.0 + z / self.reference_depth)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.sea.airy import GRAVITY, Components, maccamy_fuchs, profiles, wave_number
+from meltemi.sea.airy import GRAVITY, WaveComponents, maccamy_fuchs, profiles, wave_number
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -29,8 +29,8 @@ class SeaField:
     """Kinematics at points over time.
 
     Attributes:
-      dt: [s] between samples; the first is ``AHEAD`` samples before time 0.
-      period: [s] after which they repeat, 1e30 if they do not.
+      dt: [s] time between samples; the first is ``AHEAD`` samples before time 0.
+      period: [s] repeat period, 1e30 if they do not.
       elevation: (T,) [m] at the origin.
       velocity: (T, P, 2) [m/s] along x and y.
       acceleration: (T, P, 2) [m/s^2], including the factors of diffraction.
@@ -44,7 +44,7 @@ class SeaField:
 
 
 def sea_field(
-    waves: Components,
+    waves: WaveComponents,
     depth: float,
     z: Float,
     duration: float,
@@ -57,13 +57,13 @@ def sea_field(
     """Kinematics of waves at points of a vertical line.
 
     Args:
-      depth: [m] of the still water.
-      z: (P,) [m] from still water, at most 0.
-      duration: [s].
-      radius: (P,) [m] of a vertical cylinder that diffracts the waves (H-9); 0 where it does not. The accelerations
-        become those that, with an inertia coefficient of 2, give its load.
+      depth: [m] depth of the still water.
+      z: (P,) [m] heights from still water, at most 0.
+      duration: [s] duration of the run.
+      radius: (P,) [m] radius of a vertical cylinder that diffracts the waves (H-9); 0 where it does not. The
+        accelerations become those that, with an inertia coefficient of 2, give its load.
       slope: add a last point, whose values are the vertical derivatives at still water.
-      origin: (x, y) [m] of the line.
+      origin: (x, y) [m] position of the line.
 
     Raises:
       InputError: the field would be too large.
@@ -91,24 +91,24 @@ def sea_field(
     return SeaField(dt, repeats(waves, dt), np.ascontiguousarray(series[0]), velocities, accelerations)
 
 
-def amplitudes_at(waves: Components, k: Float, origin: tuple[float, float]) -> Complex:
+def amplitudes_at(waves: WaveComponents, k: Float, origin: tuple[float, float]) -> Complex:
     """(M,) [m] complex amplitudes of waves with wave numbers k (M,) [rad/m] at a place (x, y) [m]."""
     place = origin[0] * np.cos(waves.direction) + origin[1] * np.sin(waves.direction)
     return np.asarray(waves.amplitude * np.exp(-1j * k * place))
 
 
-def repeats(waves: Components, dt: float) -> float:
-    """[s] after which samples in steps of ``dt`` [s] repeat; 1e30 if they do not."""
+def repeats(waves: WaveComponents, dt: float) -> float:
+    """Period [s] of samples in steps of ``dt`` [s]; 1e30 if they do not repeat."""
     if not len(waves.frequency):
         return dt
     return 1e30 if waves.period is None else waves.period
 
 
-def times(waves: Components, duration: float, sums: bool = False) -> tuple[float, int, int | None]:
-    """Step [s], number of samples, and samples in a period; None where the waves are summed one by one.
+def times(waves: WaveComponents, duration: float, sums: bool = False) -> tuple[float, int, int | None]:
+    """Step [s], number of samples, and samples in a period; None where the waves are summed individually.
 
     Args:
-      duration: [s]; sums: whether there are sums of two of the frequencies, too.
+      duration: [s] duration of the run; sums: whether there are also sum frequencies.
     """
     if not len(waves.frequency):
         return 1.0, AHEAD + BEHIND + 1, None
@@ -125,7 +125,7 @@ def times(waves: Components, duration: float, sums: bool = False) -> tuple[float
     return dt, whole + AHEAD + BEHIND + 1, total
 
 
-def summed(waves: Components, lines: Complex, dt: float, count: int, total: int | None) -> Float:
+def summed(waves: WaveComponents, lines: Complex, dt: float, count: int, total: int | None) -> Float:
     """(L, count) real parts of the sums of waves with complex amplitudes (L, M), from ``AHEAD`` samples before 0."""
     number = np.arange(count) - AHEAD
     if total is None:

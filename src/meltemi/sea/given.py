@@ -1,4 +1,4 @@
-"""Seas given wave by wave, or by the series of their elevation, as another program or a buoy has them."""
+"""Seas given by their wave components or by an elevation series, as from another program or a buoy."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Vector
-from meltemi.sea.airy import GRAVITY, Components
+from meltemi.sea.airy import GRAVITY, WaveComponents
 from meltemi.sea.conditions import Sea, along
 
 
 class ComponentSea(Sea):
-    """A sum of waves."""
+    """Sea as a sum of given waves."""
 
     kind: Literal["components"] = "components"
     frequency: Vector
-    """(M,) [rad/s] above zero."""
+    """(M,) [rad/s] frequencies above zero."""
     amplitude: Vector
-    """(M,) [m]."""
+    """(M,) [m] amplitudes."""
     phase: Vector
-    """(M,) [rad] at the origin at time 0: 0 is a crest."""
+    """(M,) [rad] phases at the origin at time 0: 0 is a crest."""
     direction: Vector | float = 0.0
     """(M,) [rad] of travel, clockwise from above as that of the wind; or one for all."""
 
@@ -42,19 +42,19 @@ class ComponentSea(Sea):
     def label(self) -> str:
         return f"sea of {len(self.frequency)} given waves"
 
-    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> Components:
+    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> WaveComponents:
         direction = np.broadcast_to(along(np.asarray(self.direction)), self.frequency.shape)
         amplitude = self.amplitude * np.exp(1j * self.phase)
-        return Components(np.asarray(self.frequency), amplitude, np.asarray(direction), _common(self.frequency))
+        return WaveComponents(np.asarray(self.frequency), amplitude, np.asarray(direction), _common(self.frequency))
 
 
 def _common(frequency: Vector) -> float | None:
-    """[s] period of a sum of waves whose frequencies are multiples of one step; None if they are not."""
+    """Period [s] of a sum of waves whose frequencies are multiples of one step; None if they are not."""
     if len(frequency) == 1:
         return 2.0 * math.pi / float(frequency[0])
     steps = np.diff(np.sort(frequency))
     number = frequency / steps[steps > 0.0].min() if np.any(steps > 0.0) else frequency / frequency[0]
-    # the step of the printed digits: the mean over all multiples
+    # the step from rounded frequencies: the mean over all multiples
     step = float((frequency * np.round(number)).sum() / max((np.round(number) ** 2).sum(), 1e-300))
     if np.abs(frequency / step - np.round(frequency / step)).max() > 1e-3:
         return None
@@ -68,7 +68,7 @@ class ElevationSea(Sea):
     elevation: Vector
     """(N,) [m] at constant time steps from time 0 on; it repeats after the last."""
     time_step: float = Field(gt=0.0, le=5.0)
-    """[s]."""
+    """[s] time step of the elevation."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] of travel, clockwise from above as that of the wind."""
 
@@ -76,7 +76,7 @@ class ElevationSea(Sea):
     def label(self) -> str:
         return f"sea of a given elevation, {self.time_step * len(self.elevation):g} s"
 
-    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> Components:
+    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> WaveComponents:
         period = self.time_step * len(self.elevation)
         if period < duration:
             raise InputError(f"sea.elevation: the series of {period:g} s is shorter than the run of {duration:g} s")
@@ -86,4 +86,4 @@ class ElevationSea(Sea):
         frequency = 2.0 * math.pi / period * np.arange(1, len(amplitude) + 1)
         kept = np.abs(amplitude) > 1e-9 * max(np.abs(amplitude).max(initial=0.0), 1e-12)
         direction = np.full(int(kept.sum()), along(self.direction))
-        return Components(frequency[kept], amplitude[kept], direction, period)
+        return WaveComponents(frequency[kept], amplitude[kept], direction, period)

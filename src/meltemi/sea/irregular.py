@@ -14,7 +14,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record, Vector
-from meltemi.sea.airy import GRAVITY, Components
+from meltemi.sea.airy import GRAVITY, WaveComponents
 from meltemi.sea.conditions import BREAKS_IN_SHALLOWS, Sea, along, refuse_breaking
 from meltemi.sea.crest import Crest
 from meltemi.sea.spectra import default_peak_factor, jonswap
@@ -32,9 +32,9 @@ class UserSpectrum(Record):
     """A spectrum by its values, linear in between and zero beyond."""
 
     frequency: Vector
-    """(K,) [rad/s] increasing."""
+    """(K,) [rad/s] increasing frequencies."""
     density: Vector
-    """(K,) [m^2 s/rad] one-sided."""
+    """(K,) [m^2 s/rad] one-sided density."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -55,7 +55,7 @@ class IrregularSea(Sea):
     height: float | None = Field(default=None, gt=0.0, lt=30.0)
     """[m; 0.1 to 20] significant wave height: four standard deviations of the elevation."""
     period: float | None = Field(default=None, gt=1.0, lt=60.0)
-    """[s; 2 to 25] of the spectrum's peak."""
+    """[s; 2 to 25] peak period."""
     spectrum: Literal["jonswap", "pierson_moskowitz", "white"] | UserSpectrum = "jonswap"
     """JONSWAP, Pierson-Moskowitz, constant up to the highest frequency, or by values."""
     peak_factor: float | None = Field(default=None, ge=1.0, le=20.0)
@@ -63,7 +63,7 @@ class IrregularSea(Sea):
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] of travel, clockwise from above as that of the wind."""
     spreading: Spreading | None = None
-    """Directions about the mean one; none: all waves travel along it."""
+    """Spreading about the mean direction; by default all waves travel along it."""
     seed: int = Field(default=1, ge=0, lt=2**63)
     amplitudes: Literal["random phase", "gaussian"] = "random phase"
     """Amplitudes of the spectrum with random phases, so that every seed has the same variance; or amplitudes random,
@@ -71,9 +71,9 @@ class IrregularSea(Sea):
     frequencies: tuple[float, float] | None = None
     """[rad/s] lowest and highest frequency of the waves; by default 0 and five times that of the peak."""
     repeat: float = Field(default=3600.0, gt=10.0, le=1e5)
-    """[s; 300 to 4e4] after which the sea repeats."""
+    """[s; 300 to 4e4] repeat period of the sea."""
     crest: Crest | None = None
-    """A wave of given height among the others."""
+    """An embedded wave of given height."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -104,19 +104,19 @@ class IrregularSea(Sea):
         return ", ".join([*words, f"seed {self.seed}"])
 
     def doubts(self) -> list[str]:
-        """Sentences about numbers that are unusual, and about seas steeper than DNV-RP-C205 (3.5.5) has them."""
-        said = super().doubts()
+        """Sentences about unusual numbers, and about seas steeper than in DNV-RP-C205 (3.5.5)."""
+        sentences = super().doubts()
         if self.height is not None and self.period is not None:
             steepness = 2.0 * math.pi * self.height / (GRAVITY * self.period**2)
             if steepness > STEEPEST:
-                said.append(
+                sentences.append(
                     f"sea: height {self.height:g} m and period {self.period:g} s have a steepness of {steepness:.3g}; "
                     f"seas have up to {STEEPEST:.3g}; are they in this order?"
                 )
-        return said
+        return sentences
 
     def limits(self) -> tuple[float, float]:
-        """[rad/s] lowest and highest frequency."""
+        """Lowest and highest frequency [rad/s]."""
         if self.frequencies is not None:
             return self.frequencies
         if isinstance(self.spectrum, UserSpectrum):
@@ -129,19 +129,19 @@ class IrregularSea(Sea):
         low, high = self.limits()
         inside = (frequency >= low) & (frequency <= high)
         if isinstance(self.spectrum, UserSpectrum):
-            found = np.interp(frequency, self.spectrum.frequency, self.spectrum.density)
+            density = np.interp(frequency, self.spectrum.frequency, self.spectrum.density)
         elif self.spectrum == "white":
             assert self.height is not None
-            found = np.full(len(frequency), (0.25 * self.height) ** 2 / (high - low))
+            density = np.full(len(frequency), (0.25 * self.height) ** 2 / (high - low))
         else:
             assert self.height is not None and self.period is not None
             factor = 1.0
             if self.spectrum == "jonswap":
                 factor = self.peak_factor or default_peak_factor(self.height, self.period)
-            found = jonswap(frequency, self.height, self.period, factor)
-        return np.where(inside, found, 0.0)
+            density = jonswap(frequency, self.height, self.period, factor)
+        return np.where(inside, density, 0.0)
 
-    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> Components:
+    def components(self, depth: float, duration: float, gravity: float = GRAVITY) -> WaveComponents:
         low, high = self.limits()
         step = 2.0 * math.pi / self.repeat
         if high / step > MOST_COMPONENTS:
@@ -168,10 +168,10 @@ class IrregularSea(Sea):
         direction = np.full(len(number), mean)
         if self.spreading is not None:
             direction = mean + self.spreading.directions_of(len(number), random)
-        return Components(frequency, amplitude, direction, self.repeat)
+        return WaveComponents(frequency, amplitude, direction, self.repeat)
 
     def _refuse(self, depth: float, m0: float, frequency: Float, variance: Float) -> None:
-        """Refuse what breaks: the significant height in this depth, and an embedded wave."""
+        """Reject breaking waves: the significant height at this depth, and an embedded wave."""
         height, mean = 4.0 * math.sqrt(m0), 2.0 * math.pi * math.sqrt(m0 / float((variance * frequency**2).sum()))
         if height > BREAKS_IN_SHALLOWS * depth:
             refuse_breaking(height, mean, depth, "sea.height")

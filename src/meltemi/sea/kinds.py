@@ -25,6 +25,6 @@ def sea_of(content: Mapping[str, Any], where: str) -> Sea:
     """The sea with keys as in a case file.
 
     Raises:
-      InputError: they do not describe one.
+      InputError: the keys do not describe a sea.
     """
     return validated({"sea": dict(content)}, _Described, where).sea

@@ -1,6 +1,6 @@
-"""Tuned mass dampers in tower or nacelle, as a part of the machine: a mass on springs that moves along one or two axes.
+"""Tuned mass dampers in tower or nacelle, as a part of the model: a mass on springs that moves along one or two axes.
 
-Those in blades, which the same record describes, are in ``blade_dampers``.
+Dampers in blades, which the same record describes, are in ``blade_dampers``.
 
 Reference: docs/theory/sea.md (H-45 to H-48).
 """
@@ -44,15 +44,15 @@ class MassDamper(Described):
     """A mass that moves along axes of tower or blade against springs and dampers; its mass is not part of theirs."""
 
     height: float | None = Field(default=None, ge=0.0)
-    """[m] above the tower base; above the tower top it is in the nacelle."""
+    """[m] height above the tower base; above the tower top the damper is in the nacelle."""
     span: float | None = Field(default=None, ge=0.0)
-    """[m] along a blade from its root, in place of ``height``."""
+    """[m] distance from the blade root, in place of ``height``."""
     blades: tuple[int, ...] = ()
     """Numbers of the blades that have one; all by default."""
     angle: float | None = Field(default=None, ge=-np.pi, le=np.pi)
-    """[rad] of its axes against those of the blade, towards feather positive; by default the twist of the section."""
+    """[rad] angle of its axes from those of the blade, towards feather; by default the twist of the section."""
     mass: float = Field(gt=0.0)
-    """[kg; 50 to 1e5 at 100 m]."""
+    """[kg; 50 to 1e5 at 100 m] moving mass."""
     axes: Literal["x", "y", "xy"] = "x"
     """Along which it moves: fore-aft, side-side, or both, in a blade flapwise and edgewise; it is carried along the
     others."""
@@ -61,7 +61,7 @@ class MassDamper(Described):
     damping: float = Field(default=0.0, ge=0.0)
     """[N s/m; 1 to 1e6 at 100 m] of the damper along each axis."""
     stops: tuple[float, float] | None = None
-    """[m] displacements at which it meets its stops; none by default."""
+    """[m] displacements at the stops; none by default."""
     stop_stiffness: float = Field(default=0.0, ge=0.0)
     """[N/m; 1e2 to 1e9] of a stop, besides the spring."""
     stop_damping: float = Field(default=0.0, ge=0.0)
@@ -126,7 +126,7 @@ class DamperSystem(System):
 
 @kernel
 def pull(x: float, v: float, n: int, p: Any) -> float:
-    """Force [N] of spring, damper and stop on what carries the mass, along the axis (H-45); ``p`` has the springs."""
+    """Force [N] of spring, damper and stop on the structure along the axis (H-45); ``p`` has the springs."""
     force = p.stiffness[n] * x + p.damping[n] * v
     beyond = max(x - p.high[n], 0.0) + min(x - p.low[n], 0.0)
     into = max(v, 0.0) if beyond > 0.0 else min(v, 0.0)
@@ -135,22 +135,22 @@ def pull(x: float, v: float, n: int, p: Any) -> float:
 
 @kernel
 def lean(n: int, m: DamperSystem) -> float:
-    """Acceleration [m/s^2] of the mass along the axis by gravity, since the tower leans (H-46)."""
-    p, shape, found = m.mover, m.mover_shape, 0.0
+    """Acceleration [m/s^2] of the mass along the axis by gravity due to the tilt of the tower (H-46)."""
+    p, shape, acceleration = m.mover, m.mover_shape, 0.0
     for k in range(shape.modes):
         r = shape.rotation[k, n]
-        found += m.structure.gravity * m.q[k] * (r.y * p.x[n] - r.x * p.y[n])
-    return found
+        acceleration += m.structure.gravity * m.q[k] * (r.y * p.x[n] - r.x * p.y[n])
+    return acceleration
 
 
 @kernel
 def drive(n: int, m: DamperSystem) -> float:
     """Acceleration [m/s^2] of the mass along the axis by gravity and the tower's motion (H-46)."""
-    p, shape, found = m.mover, m.mover_shape, lean(n, m)
+    p, shape, acceleration = m.mover, m.mover_shape, lean(n, m)
     for k in range(shape.modes):
         u = shape.displacement[k, n]
-        found -= m.a[k] * (u.x * p.x[n] + u.y * p.y[n])
-    return found
+        acceleration -= m.a[k] * (u.x * p.x[n] + u.y * p.y[n])
+    return acceleration
 
 
 @begin_parts.variant
@@ -166,7 +166,7 @@ def _(dt: float, c: DamperControl, m: DamperSystem) -> None:
 @outer_forces.variant
 @kernel
 def damper_forces(t: float, m: DamperSystem) -> None:
-    """Forces of the masses on the coordinates of the tower, and what it carries in their mass matrix (H-47)."""
+    """Forces of the masses on the tower coordinates, and masses supported by the tower in the mass matrix (H-47)."""
     p, shape, s, g = m.mover, m.mover_shape, m.mover_state, m.structure.gravity
     for n in range(s.nodes):
         force, lever = pull(s.position[n], s.velocity[n], n, p), p.mass[n] * g * s.position[n]
@@ -260,8 +260,8 @@ class DamperPart(Part):
 
     def arrays(self) -> dict[str, Any]:
         """Constants and rates."""
-        own = {"mover": self.mover.copy(), "mover_shape": self.mover_shape.copy()}
-        return own | {"d_mover_state": MoverState.zeros(node=len(self.names))}
+        arrays = {"mover": self.mover.copy(), "mover_shape": self.mover_shape.copy()}
+        return arrays | {"d_mover_state": MoverState.zeros(node=len(self.names))}
 
     def channels(self) -> Sequence[Channel]:
         """Displacement of each mass, and its force on the tower."""

@@ -48,7 +48,7 @@ NONE, VERTICAL, EXTRAPOLATION, WHEELER = 0, 1, 2, 3
 """Stretching, in the order of ``sea.conditions.Stretching``."""
 
 
-class Water(Table):
+class PileWater(Table):
     """The water around the pile."""
 
     density: float = number("kg/m^3", "of the water")
@@ -110,7 +110,7 @@ class PileSystem(System):
       pile_stations: (S,) [m] heights of the stations of section loads, first the mudline.
     """
 
-    water: Water
+    water: PileWater
     sea: SeaState
     sea_levels: Constant[Array1]
     sea_field: Constant[Array2]
@@ -306,7 +306,7 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
 
 @dataclass(frozen=True)
 class PilePart(Part):
-    """The pile of a model, in still water."""
+    """Pile of a model, in still water."""
 
     system: ClassVar[type[Record] | None] = PileSystem
     signals: ClassVar[dict[str, type[Table]]] = {
@@ -314,7 +314,7 @@ class PilePart(Part):
         "pile_load": PileLoad,
         "pile_station": PileStationLoad,
     }
-    parameter_tables: ClassVar[ParameterTables] = ((Water, "water", Water.names),)
+    parameter_tables: ClassVar[ParameterTables] = ((PileWater, "water", PileWater.names),)
     water: Float
     pile_nodes: Float
     pile_shape: Float
@@ -334,9 +334,9 @@ class PilePart(Part):
 
     def arrays(self) -> dict[str, Any]:
         """Constants of the pile, and the field of still water."""
-        own = ("water", "pile_nodes", "pile_shape", "pile_stations", "pile_station_shape")
+        names = ("water", "pile_nodes", "pile_shape", "pile_stations", "pile_station_shape")
         return {
-            **{name: getattr(self, name).copy() for name in own},
+            **{name: getattr(self, name).copy() for name in names},
             "sea_levels": np.array([-1.0, 0.0]),
             "sea_field": np.zeros((AHEAD + BEHIND + 2, 1 + 4 * 3)),
             "sea_current": np.zeros((2, self.pile_nodes.shape[1])),
@@ -374,8 +374,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> PilePart:
         v["soil_damping"][some] = lag * springs.stiffness
     stations = np.array([-support.depth, *support.load_stations])
     k = len(member.names)
-    water = Water.zeros()
-    w = View(Water, water)
+    water = PileWater.zeros()
+    w = View(PileWater, water)
     w["density"], w["depth"], w["step"], w["period"] = support.water_density, support.depth, 1.0, 1.0
     return PilePart(
         water=water,

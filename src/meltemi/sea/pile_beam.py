@@ -58,7 +58,7 @@ def pile_beam(support: Support) -> Beam:
         heights += [growth.bottom, growth.top]
     for each in s.masses:
         heights += [each.height - each.length, each.height]
-    # twice, so that properties may jump there
+    # twice, so that properties may be discontinuous there
     z = np.repeat(np.unique(np.clip(heights, foot, top)), 2)
     just = np.where(np.arange(len(z)) % 2, 1e-9, -1e-9) * (top - foot)
     inside = np.clip(z + just, foot, top)
@@ -84,7 +84,7 @@ def pile_beam(support: Support) -> Beam:
 
 
 def carried(support: Support, z: Float, outer: Float, hole: Float) -> Float:
-    """(n,) [kg/m] that moves sideways with the pile besides its steel: water inside, and marine growth."""
+    """(n,) [kg/m] additional mass in lateral motion of the pile: water inside, and marine growth."""
     mass = np.zeros(len(z))
     if support.flooded is not None:
         wet = (z > -support.depth) & (z < support.flooded)
@@ -128,7 +128,7 @@ class Springs:
 
     Attributes:
       height: (N,) [m] above mean sea level.
-      stiffness: (N,) [N/m] of the spring of each piece, along x and y.
+      stiffness: (N,) [N/m] stiffness of the spring of each piece, along x and y.
       foot: (6, 6) stiffness under the foot.
     """
 
@@ -147,7 +147,7 @@ def soil_springs(support: Support, soil: Soil) -> Springs:
 
 
 def mudline_deflection(support: Support, soil: Soil) -> float:
-    """[m] of the pile along x at the mudline under the load of the case."""
+    """Deflection [m] of the pile along x at the mudline under the load of the case."""
     return float(_settled(support, soil)[1][-1])
 
 
@@ -158,7 +158,7 @@ def _settled(support: Support, soil: Soil) -> tuple[Springs, Float]:
     z, length = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)
     width = np.interp(z, support.position, support.diameter)
     bending = _bending(support)
-    # the foot itself is free to move and to turn: springs that are negligible
+    # the foot is free to translate and rotate: negligible springs
     foot = np.diag([FREE * bending] * 2 + [soil.axial_stiffness] + [FREE * bending] * 2 + [soil.torsion_stiffness])
     mesh = assemble(_cut(pile_beam(support), edges[-1] - edges[0]), edges - edges[0])
     moved = np.zeros(len(edges))
@@ -173,7 +173,7 @@ def _settled(support: Support, soil: Soil) -> tuple[Springs, Float]:
 
 
 def _bending(support: Support) -> float:
-    """[N m^2] largest bending stiffness."""
+    """Largest bending stiffness [N m^2]."""
     hole = support.diameter - 2.0 * support.thickness
     return float((support.elastic_modulus * np.pi / 64.0 * (support.diameter**4 - hole**4)).max())
 
@@ -189,19 +189,19 @@ def _deflection(mesh: Mesh, springs: Springs, edges: Float, soil: Soil) -> Float
     G = softened(grounded(mesh, springs.foot), spread(springs, edges))
     load = np.zeros(len(G))
     load[-6], load[-2] = soil.shear, soil.moment
-    found: Float = (G @ (G.T @ load)).reshape(-1, 6)[:, 0]
-    return found
+    deflection: Float = (G @ (G.T @ load)).reshape(-1, 6)[:, 0]
+    return deflection
 
 
 def spread(springs: Springs, heights: Float) -> Float:
     """(6n,) [N/m] stiffness of springs to ground at the nodes of a mesh, at heights (n,) [m], along x and y."""
-    found = np.zeros((len(heights), 6))
+    stiffness_at_nodes = np.zeros((len(heights), 6))
     place = np.interp(springs.height, heights, np.arange(len(heights)))
     low = np.minimum(place.astype(int), len(heights) - 2)
     for node, share in ((low, low + 1.0 - place), (low + 1, place - low)):
-        np.add.at(found[:, 0], node, share * springs.stiffness)
-    found[:, 1] = found[:, 0]
-    return found.reshape(-1)
+        np.add.at(stiffness_at_nodes[:, 0], node, share * springs.stiffness)
+    stiffness_at_nodes[:, 1] = stiffness_at_nodes[:, 0]
+    return stiffness_at_nodes.reshape(-1)
 
 
 def grounded(mesh: Mesh, stiffness: Float) -> Float:
@@ -213,8 +213,8 @@ def grounded(mesh: Mesh, stiffness: Float) -> Float:
 
 def softened(G: Float, stiffness: Float) -> Float:
     """The factor of a structure with further springs to ground, (6n,) along the coordinates of its nodes (H-33)."""
-    held = np.flatnonzero(stiffness)
-    inner = np.eye(G.shape[1]) + (G[held] * stiffness[held, None]).T @ G[held]
+    supported = np.flatnonzero(stiffness)
+    inner = np.eye(G.shape[1]) + (G[supported] * stiffness[supported, None]).T @ G[supported]
     result: Float = scipy.linalg.solve_triangular(np.linalg.cholesky(inner), G.T, lower=True).T
     return result
 
@@ -259,7 +259,7 @@ def water_around(support: Support, heights: Float) -> Float:
 
 @dataclass(frozen=True)
 class Ground:
-    """What holds the pile, and the mass at it.
+    """Support of the pile by the ground, and the mass at its foot.
 
     Attributes:
       base: (6, 6) stiffness under the foot and mass that moves with it; None clamps it.
@@ -309,17 +309,17 @@ def supported_tower(
     if given:
         modes, names = _on_top_of_pile(alone, mesh, len(on_pile), ground, tip_mass)
     else:
-        held, dry = mesh, mesh.mass.copy()
+        supported, dry = mesh, mesh.mass.copy()
         if ground.base is not None:
-            held = replace(mesh, flexibility=grounded(mesh, ground.base[0]))
+            supported = replace(mesh, flexibility=grounded(mesh, ground.base[0]))
             dry[:6, :6] += ground.base[1]
         wet = dry + np.diag(water_around(support, heights))
-        held = replace(held, flexibility=softened(held.flexibility, ground.around), mass=wet)
-        found = natural_modes(held, 12 + 4 * sum(counts.values()), tip_mass=tip_mass)
-        flat = found.shape.reshape(len(found.shape), -1)
-        found = replace(found, mass_alone=flat @ dry @ flat.T)
+        supported = replace(supported, flexibility=softened(supported.flexibility, ground.around), mass=wet)
+        natural = natural_modes(supported, 12 + 4 * sum(counts.values()), tip_mass=tip_mass)
+        flat = natural.shape.reshape(len(natural.shape), -1)
+        natural = replace(natural, mass_alone=flat @ dry @ flat.T)
         wanted = {kind: (i, counts[key]) for i, (kind, key) in enumerate(zip(KINDS, counts, strict=True))}
-        modes, names = pick_modes(found, mesh, wanted)
+        modes, names = pick_modes(natural, mesh, wanted)
     kept = Member(tuple(names), modes, _damping(support, alone, mesh, modes, names, ground), second_order(modes), beam)
     return on_foundation(kept, mesh, foundation)
 
@@ -367,5 +367,5 @@ def _on_top_of_pile(
 
 
 def first_frequency(modes: Modes) -> float:
-    """[rad/s] lowest natural frequency of a tower with its pile and what it carries, whatever the shapes."""
+    """Lowest natural frequency [rad/s] of a tower with its pile and tip mass, for any set of shapes."""
     return float(np.sqrt(scipy.linalg.eigvalsh(modes.stiffness, modes.mass)[0]))

@@ -1,4 +1,4 @@
-"""The sea of a run, as a part: what replaces still water around the pile of a turbine.
+"""The sea of a run as a part that replaces still water around the pile of a turbine.
 
 Reference: docs/theory/sea.md (H-21 to H-23).
 """
@@ -15,7 +15,7 @@ from meltemi.compiler import View
 from meltemi.core.errors import InputError
 from meltemi.sea.conditions import Sea, StillWater, Stretching
 from meltemi.sea.field import sea_field
-from meltemi.sea.pile import PileNode, PilePart, Water
+from meltemi.sea.pile import PileNode, PilePart, PileWater
 from meltemi.simulation.model import Model
 from meltemi.simulation.parts import Part
 
@@ -36,7 +36,7 @@ class SeaPart(Part):
     sea_current: Float
 
     def arrays(self) -> dict[str, Any]:
-        """Those that replace the ones of still water."""
+        """Arrays that replace those of still water."""
         return {name: getattr(self, name) for name in ("sea_levels", "sea_field", "sea_current")} | {
             "water": self.water.copy()
         }
@@ -45,31 +45,31 @@ class SeaPart(Part):
 def steady_sea(model: Model[Any], sea: Sea) -> Model[Any]:
     """The model in water with level and current of a sea, and on a floating platform with the mean drift of its waves.
 
-    For what is found in steady operation, from ``operating_point`` and ``power_curve`` to ``linearise``; a run in a sea
+    For analyses of steady operation, from ``operating_point`` and ``power_curve`` to ``linearise``; a run in a sea
     begins there with ``start=operating_point(steady_sea(model, sea), wind)``.
 
     Raises:
-      InputError: the turbine does not stand in water, or the sea has what a run refuses.
+      InputError: the turbine is not offshore, or a run rejects the sea.
     """
     still = StillWater(level=sea.level, current=sea.current, stretching=sea.stretching)
     floats = next((part for part in model.parts if hasattr(part, "in_steady_sea")), None)
     if floats is None:
-        made = sea_part(still, model, 1.0, (0.0, 0.0))
+        steady = sea_part(still, model, 1.0, (0.0, 0.0))
     else:
-        made = floats.in_steady_sea(sea, still, model.environment.gravity)
-    return replace(model, parts=(*model.parts, made))
+        steady = floats.in_steady_sea(sea, still, model.environment.gravity)
+    return replace(model, parts=(*model.parts, steady))
 
 
 def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, float]) -> Part:
     """The sea of a run of a model.
 
     Raises:
-      InputError: the turbine does not stand in water, waves break, or the sea does not last.
+      InputError: the turbine is not offshore, waves break, or the sea is too short.
     """
     for part in model.parts:
         if hasattr(part, "in_sea"):  # a floating platform
-            made: Part = part.in_sea(sea, duration, origin, model.environment.gravity)
-            return made
+            created: Part = part.in_sea(sea, duration, origin, model.environment.gravity)
+            return created
     pile = next((part for part in model.parts if isinstance(part, PilePart)), None)
     if pile is None:
         raise InputError(
@@ -93,7 +93,7 @@ def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, 
     samples = len(field.elevation)
     kinematics = np.concatenate([field.velocity, field.acceleration], axis=-1).reshape(samples, -1)
     water = pile.water.copy()
-    v = View(Water, water)
+    v = View(PileWater, water)
     v["depth"], v["level"] = depth, sea.level
     v["stretching"] = float(get_args(Stretching).index(sea.stretching))
     v["step"], v["period"] = field.dt, field.period

@@ -22,7 +22,7 @@ class Layer(Record):
     """Base of layers."""
 
     top: float = Field(ge=0.0)
-    """[m] of its upper end below the mudline."""
+    """[m] depth of its upper end below the mudline."""
 
 
 class Sand(Layer):
@@ -30,7 +30,7 @@ class Sand(Layer):
 
     kind: Literal["sand"] = "sand"
     friction_angle: float = Field(gt=0.3, lt=0.9)
-    """[rad; 0.35 to 0.85]."""
+    """[rad; 0.35 to 0.85] friction angle."""
     weight: float = Field(gt=0.0)
     """[N/m^3; 5e3 to 1.4e4] submerged."""
     modulus: float | None = Field(default=None, gt=0.0)
@@ -136,10 +136,9 @@ class Soil(Record):
     def secant(self, y: float, z: float, diameter: float) -> float:
         """[N/m^2] reaction over deflection at |y| [m], at least 1e-5 of the diameter, and depth z [m]."""
         above, layer = 0.0, self.layers[0]
-        for here, after in zip(self.layers, (*self.layers[1:], None), strict=True):
+        for layer, after in zip(self.layers, (*self.layers[1:], None), strict=True):
             below = math.inf if after is None else after.top
-            above += here.weight * (min(z, below) - here.top)
-            layer = here
+            above += layer.weight * (min(z, below) - layer.top)
             if z <= below:
                 break
         small = max(abs(y), 1e-5 * diameter)

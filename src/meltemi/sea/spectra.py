@@ -23,9 +23,9 @@ def jonswap(frequency: Float, height: float, period: float, peak_factor: float =
     """(M,) [m^2 s/rad] JONSWAP spectrum; a peak factor of 1 is that of Pierson and Moskowitz (H-11).
 
     Args:
-      frequency: (M,) [rad/s].
+      frequency: (M,) [rad/s] frequencies.
       height: [m] significant wave height.
-      period: [s] of the peak.
+      period: [s] peak period.
     """
     x = frequency * period / (2.0 * np.pi)
     width = np.where(x <= 1.0, 0.07, 0.09)

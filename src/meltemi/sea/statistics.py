@@ -24,8 +24,8 @@ class SeaSeries:
     """Elevation and kinematics along the mean direction of a sea.
 
     Attributes:
-      time, elevation: (T,) [s], [m].
-      height: (P,) [m] from still water.
+      time, elevation: (T,) [s], [m] time and elevation.
+      height: (P,) [m] heights from still water.
       velocity, acceleration: (T, P) [m/s], [m/s^2] along x of a sea that is turned to travel along it.
       spectrum: frequencies [rad/s] and variances [m^2] of the waves.
     """
@@ -47,7 +47,7 @@ def sea_series(sea: Sea, depth: float, duration: float) -> SeaSeries:
     """Series of a sea in water of a depth [m] over a duration [s].
 
     Raises:
-      InputError: waves break, or the sea does not last.
+      InputError: waves break, or the sea is too short.
     """
     waves = sea.components(depth, duration)
     height = 0.0 - depth * np.array(SHARES)

@@ -20,7 +20,7 @@ class PointMass(Record):
     height: float
     """[m] of its upper end above mean sea level."""
     mass: float = Field(gt=0.0)
-    """[kg; 500 to 2e6]."""
+    """[kg; 500 to 2e6] mass."""
     inertia: float = Field(default=0.0, ge=0.0)
     """[kg m^2; 100 to 1e9] about a horizontal axis through its centre."""
     yaw_inertia: float | None = Field(default=None, ge=0.0)
@@ -42,7 +42,7 @@ class Growth(Record):
     top: float
     """[m] above mean sea level."""
     thickness: float = Field(gt=0.0, lt=1.0)
-    """[m; 0.01 to 0.4]."""
+    """[m; 0.01 to 0.4] thickness of the growth."""
     density: float = Field(default=1325.0, gt=0.0)
     """[kg/m^3; 900 to 1700] in air."""
 
@@ -80,9 +80,9 @@ class Support(Record):
     thickness: Vector
     """(S,) [m; 0.01 to 0.15 at 100 m] of the wall."""
     elastic_modulus: float = Field(default=210e9, gt=0.0)
-    """[N/m^2; 1.8e11 to 2.3e11]."""
+    """[N/m^2; 1.8e11 to 2.3e11] Young's modulus."""
     shear_modulus: float = Field(default=80.8e9, gt=0.0)
-    """[N/m^2; 7e10 to 9e10]."""
+    """[N/m^2; 7e10 to 9e10] shear modulus."""
     density: float = Field(default=7850.0, gt=0.0)
     """[kg/m^3; 7000 to 9500] of the steel, with what is fixed to it all along."""
     shear_share: float = Field(default=0.5, gt=0.0, le=1.0)
@@ -94,7 +94,7 @@ class Support(Record):
     """Springs along the embedded part; without them the foot is clamped, or on the springs of ``foundation``."""
     hydrodynamics: Hydrodynamics = Hydrodynamics()
     water_density: float = Field(default=1025.0, gt=0.0)
-    """[kg/m^3; 980 to 1060]."""
+    """[kg/m^3; 980 to 1060] density of the water."""
     flooded: float | None = 0.0
     """[m] height of the water inside above mean sea level; none for a pile without."""
     growth: tuple[Growth, ...] = ()
@@ -103,7 +103,7 @@ class Support(Record):
     source: str = ""
 
     def drawn(self) -> dict[str, Any]:
-        """What views draw: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
+        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
         z, d = self.position, self.diameter
         ends = zip(z[:-1], z[1:], d[:-1], d[1:], strict=True)
         members = [[0.0, 0.0, float(a), 0.0, 0.0, float(b), float(c), float(e)] for a, b, c, e in ends]
@@ -143,26 +143,26 @@ class Support(Record):
         return self
 
     def check_fit(self, tower: Tower, foundation: Foundation | None) -> None:
-        """Check that it carries a tower, and stands on a foundation, if there is one.
+        """Check the fit to the tower, and to the foundation, if any.
 
         Raises:
-          ValueError: it does not.
+          ValueError: tower or foundation do not fit.
         """
         if abs(self.position[-1] - tower.base_height) > 1e-3:
             raise ValueError(
                 f"support.position ends at {self.position[-1]:g} m, but tower.base_height is {tower.base_height:g} m"
             )
         if foundation is not None and (foundation.motions or self.soil is not None):
-            raise ValueError("foundation: motions, or a support with soil of its own, exclude it; remove one")
+            raise ValueError("foundation: motions, or a support with soil, exclude it; remove one")
 
     def doubts(self, turbine: Any) -> list[str]:
-        """What is implausible in it: wall, growth, and the steel of the pile over what it carries."""
+        """Sentences about implausible values: wall, growth, and the mass of the pile over that of the structure."""
         foot, top = float(self.position[0]), float(self.position[-1])
         slender = self.diameter / self.thickness
         carried = turbine.nacelle.mass + float(np.trapezoid(turbine.tower.mass, turbine.tower.position))
         area = np.pi * self.thickness * (self.diameter - self.thickness)
         steel = self.density * float(np.trapezoid(area, self.position))
-        found = [
+        sentences = [
             doubt("support.thickness", "diameter over it", float(slender.min()), 25.0, 250.0),
             doubt("support.thickness", "diameter over it", float(slender.max()), 25.0, 250.0),
             doubt("support", "mass of its steel over that of tower and nacelle", steel / carried, 0.1, 5.0),
@@ -173,16 +173,18 @@ class Support(Record):
         for i, each in enumerate(self.masses):
             if each.inertia > 0.0:
                 share = float(np.sqrt(each.inertia / each.mass) / np.interp(each.height, self.position, self.diameter))
-                found.append(doubt(f"support.masses.{i}.inertia", "radius of gyration over diameter", share, 0.1, 2.0))
+                sentences.append(
+                    doubt(f"support.masses.{i}.inertia", "radius of gyration over diameter", share, 0.1, 2.0)
+                )
         for i, layer in enumerate(self.growth):
             if layer.bottom < foot or layer.top > min(top, 10.0):
-                found.append(doubt(f"support.growth.{i}", "its top [m]", layer.top, foot, min(top, 10.0)))
-                found.append(doubt(f"support.growth.{i}", "its bottom [m]", layer.bottom, foot, min(top, 10.0)))
-        return list(dict.fromkeys(found))
+                sentences.append(doubt(f"support.growth.{i}", "its top [m]", layer.top, foot, min(top, 10.0)))
+                sentences.append(doubt(f"support.growth.{i}", "its bottom [m]", layer.bottom, foot, min(top, 10.0)))
+        return list(dict.fromkeys(sentences))
 
     @property
     def load_stations(self) -> Any:
-        """[m] heights of the stations of section loads, increasing."""
+        """Heights [m] of the stations of section loads, increasing."""
         if self.stations is not None:
             return np.sort(self.stations)
         return np.unique([float(self.position[0]), -self.depth])

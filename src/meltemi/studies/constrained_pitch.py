@@ -1,9 +1,9 @@
-"""Output-constrained individual pitch control: no more pitch travel than a limit of the load needs.
+"""Output-constrained individual pitch control: only the pitch travel that a limit of the load requires.
 
-The 1P part of the blades' root moments is driven to a reference instead of to zero: to the part that it would have
-without individual pitch, cut to a limit. Below the limit the demand fades out. A limit of zero is individual pitch
-control as it is known, an infinite one is none, and between them lies the trade of load for travel. The loop is that
-of the load controller; only the moments that it sees are less the reference.
+The 1P component of the blade root moments is controlled to a reference instead of to zero: the component without
+individual pitch, limited to a maximum. Below the limit the demand vanishes. A limit of zero is conventional individual
+pitch control, an infinite one is none; in between load is traded for travel. The loop is that of the load
+controller; its input is the moments minus the reference.
 
 Reference: Hummel, Kober, Mulders (2025), Wind Energ. Sci. 10, 2005-2025; docs/guide/constrained-pitch.md.
 """
@@ -67,9 +67,9 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
         tilt, yaw = kept * tilt, kept * yaw
     else:
         tilt, yaw = min(max(tilt, -x.limit), x.limit), min(max(yaw, -x.limit), x.limit)
-    seen = measurements.copy()
-    add_to_blades(Measurements(seen).out_of_plane_moment, blades, -tilt, -yaw, azimuth, 1, 0.0)
-    load_control.update(state[OWN:], seen, demands, dt)
+    constrained = measurements.copy()
+    add_to_blades(Measurements(constrained).out_of_plane_moment, blades, -tilt, -yaw, azimuth, 1, 0.0)
+    load_control.update(state[OWN:], constrained, demands, dt)
     tilt, yaw = to_fixed(Demands(demands).pitch, blades, azimuth, 1)
     share = min(ESTIMATE * dt, 1.0)
     x.tilt += share * (tilt - x.tilt)
@@ -82,11 +82,11 @@ def constrained_pitch(
     """Collective pitch of the turbine's file and output-constrained individual pitch at 1P.
 
     Args:
-      turbine: to be controlled.
-      loop: of 1P pitch, such as that of :func:`meltemi.controllers.tuning.tune_ipc`.
+      turbine: controlled turbine.
+      loop: loop of 1P pitch, such as that of :func:`meltemi.controllers.tuning.tune_ipc`.
       plant: [N m/rad] response of the root moments to the pitch demand at 1P (C-32), such as that of its points.
-      limit: [N m] of the moment at 1P; 0 is full individual pitch control, ``inf`` none.
-      norm: of what it is a limit.
+      limit: [N m] limit of the moment at 1P; 0 is full individual pitch control, ``inf`` none.
+      norm: norm of the moments that is limited.
 
     Raises:
       InputError: the loop is not of 1P pitch, or the limit is negative.

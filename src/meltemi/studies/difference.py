@@ -26,13 +26,13 @@ class ChannelDifference:
     """Differences of a channel between two results, in SI units.
 
     Attributes:
-      channel: of the first result.
-      mean, std: of the first and the second result.
-      load: their damage-equivalent loads at 1 Hz, with the usual slope; NaN for what is no load.
-      correlation: of the two series; NaN where one is constant.
+      channel: channel of the first result.
+      mean, std: mean and standard deviation of the first and the second result.
+      load: their damage-equivalent loads at 1 Hz, with the usual slope; NaN for channels that are no loads.
+      correlation: correlation of the two series; NaN where one is constant.
       distance: root mean square of the difference over the standard deviation of the second; NaN where that is 0.
-      worst: largest difference, first less second, with its sign.
-      worst_time: [s] at which it is.
+      worst: largest difference, first minus second, with its sign.
+      worst_time: [s] time of the largest difference.
     """
 
     channel: Channel
@@ -66,9 +66,9 @@ class ResultDifferences(Brief):
 
     Attributes:
       first, second: the results on the same instants, with the compared channels in the same columns.
-      channels: one entry a channel.
-      only_first, only_second: names of channels that the other has not.
-      notes: what was done to bring them together.
+      channels: differences by channel.
+      only_first, only_second: names of channels that the other result does not have.
+      notes: adjustments made for the comparison.
     """
 
     first: Result
@@ -79,12 +79,12 @@ class ResultDifferences(Brief):
     notes: tuple[str, ...]
 
     def facts(self) -> dict[str, str]:
-        """Number of channels, and what was done to compare them."""
-        found = {"channels": str(len(self.channels))}
+        """Number of channels, and adjustments made for the comparison."""
+        facts = {"channels": str(len(self.channels))}
         for name in ("only_first", "only_second", "notes"):
             if words := getattr(self, name):
-                found[name] = ", ".join(words)
-        return found
+                facts[name] = ", ".join(words)
+        return facts
 
     def card(self) -> Card:
         """The channels, the most different one first."""
@@ -120,26 +120,26 @@ def compare_results(
     Args:
       first: a result, of a run or of a file (``read_result``).
       second: the reference, likewise.
-      channels: by any of their names; ``"node_6_alpha_1=B1N1Alpha"`` pairs channels of different names. By default all
-        that both have but angles that turn.
-      begin: [s] of the compared part; by default all that both cover.
-      end: [s] of the compared part.
+      channels: channels by any of their names; ``"node_6_alpha_1=B1N1Alpha"`` pairs channels of different names. By
+        default all common channels except revolving angles.
+      begin: [s] begin of the compared part; by default that of the common time.
+      end: [s] end of the compared part; by default that of the common time.
       progress: callback with the completed fraction.
 
     Raises:
-      InputError: there is no common time or no common channel, or a name is unknown.
+      InputError: the results have no common time or no common channel, or a name is unknown.
     """
     pairs = _named_pairs(first, second, channels) if channels else _common(first, second)
     time, notes = _common_time(first, second, begin, end)
     a, b = (_at(r, [pair[i] for pair in pairs], time) for i, r in enumerate((first, second)))
-    found = []
+    differences = []
     for i, channel in enumerate(a.channels):
-        found.append(_difference(channel, time, a.data[:, i], b.data[:, i]))
+        differences.append(_difference(channel, time, a.data[:, i], b.data[:, i]))
         progress((i + 1) / len(pairs))
     return ResultDifferences(
         a,
         b,
-        channels=tuple(found),
+        channels=tuple(differences),
         only_first=_others(first, [c for c, _ in pairs], channels),
         only_second=_others(second, [c for _, c in pairs], channels),
         notes=notes,
@@ -181,7 +181,7 @@ def _channel(result: Result, name: str, which: str) -> Channel:
 
 
 def _others(result: Result, used: list[Channel], wanted: Sequence[str] | None) -> tuple[str, ...]:
-    """Channels that only one result has; none if channels are named."""
+    """Channels that only one result has; empty if channels are named."""
     return () if wanted else tuple(c.name for c in result.channels if c not in used and not c.wrap and c.unit != "s")
 
 
@@ -199,9 +199,9 @@ def _common_time(
     margin = ROUNDING * max(steps)
     time = coarse.time[(coarse.time >= low - margin) & (coarse.time <= high + margin)]
     if len(time) < 2:
-        asked = "" if begin is None and end is None else f", asked for {low:g} to {high:g} s"
+        requested = "" if begin is None and end is None else f", asked for {low:g} to {high:g} s"
         both = " and ".join(f"{a:g} to {b:g} s" for a, b in spans)
-        raise InputError(f"no time in common: the results cover {both}{asked}")
+        raise InputError(f"no time in common: the results cover {both}{requested}")
     notes = []
     if max(abs(spans[0][i] - spans[1][i]) for i in (0, 1)) > margin:
         notes.append("they cover " + " and ".join(f"{a:g} to {b:g} s" for a, b in spans))
@@ -269,7 +269,7 @@ def _over(value: float, size: float) -> float:
     return value / size if size > 0.0 else (0.0 if value == 0.0 else np.nan)
 
 
-def most_different(found: ResultDifferences, n: int) -> list[ChannelDifference]:
+def most_different(differences: ResultDifferences, n: int) -> list[ChannelDifference]:
     """The ``n`` channels with the largest difference relative to their standard deviation, largest first."""
-    known = [d for d in found.channels if np.isfinite(d.distance)]
+    known = [d for d in differences.channels if np.isfinite(d.distance)]
     return sorted(known, key=lambda d: -d.distance)[:n]

@@ -21,13 +21,13 @@ ZOOM = 20.0
 """[s] shown around the worst instant, or a fifth of shorter results."""
 
 
-def difference_rows(found: ResultDifferences, labels: tuple[str, str]) -> tuple[list[str], list[list[str]]]:
+def difference_rows(differences: ResultDifferences, labels: tuple[str, str]) -> tuple[list[str], list[list[str]]]:
     """Header and rows of all differences in engineering units, one row per channel."""
     each = [f"{what} {label}" for what in ("mean", "std", "DEL 1 Hz") for label in labels]
     changes = ["mean %", "std %", "DEL %"]
     head = ["channel", "OpenFAST", "unit", *each, *changes, "correlation", "rms / std", "worst", "at s"]
     rows = []
-    for d in found.channels:
+    for d in differences.channels:
         unit, factor = d.channel.display_unit
         values = [number(v * factor) for pair in (d.mean, d.std, d.load) for v in pair]
         rows.append([d.channel.name, d.channel.alias, unit, *values, *_closeness(d), number(d.worst * factor)])
@@ -35,11 +35,11 @@ def difference_rows(found: ResultDifferences, labels: tuple[str, str]) -> tuple[
     return head, rows
 
 
-def short_difference_rows(found: ResultDifferences) -> tuple[list[str], list[list[str]]]:
+def short_difference_rows(differences: ResultDifferences) -> tuple[list[str], list[list[str]]]:
     """Shortened :func:`difference_rows` for a terminal: values of the second result, and changes."""
     head = ["channel", "unit", "mean", "%", "std", "%", "DEL", "%", "corr.", "rms/std", "worst", "at s"]
     rows = []
-    for d in found.channels:
+    for d in differences.channels:
         unit, factor = d.channel.display_unit
         mean, std, load, correlation, distance = _closeness(d)
         values = (number(pair[1] * factor) for pair in (d.mean, d.std, d.load))
@@ -61,34 +61,34 @@ def _fixed(value: float) -> str:
 
 
 def plot_differences(
-    found: ResultDifferences, channels: Sequence[str] | None = None, *, labels: tuple[str, str]
+    differences: ResultDifferences, channels: Sequence[str] | None = None, *, labels: tuple[str, str]
 ) -> Figure:
     """Plot both results over the whole time and around the largest difference, and the difference, per channel.
 
     Args:
-      found: the differences.
-      channels: what to show; by default the channels everyone wants, and the most different of the others.
-      labels: of the first and the second result.
+      differences: differences of two results.
+      channels: channels to plot; by default the main ones, and the most different of the others.
+      labels: labels of the first and the second result.
 
     Raises:
       InputError: a channel was not compared.
     """
     from meltemi.report.figure import MINUS, grouped
 
-    shown = [_entry(found, name) for name in channels] if channels else _chosen(found)
+    shown = [_entry(differences, name) for name in channels] if channels else _chosen(differences)
     figure, axes = new_figure(len(shown), 3, size=(15.0, 1.5 * len(shown) + 0.9), share=False)
-    time = found.second.time
+    time = differences.second.time
     half = 0.5 * min(ZOOM, 0.2 * float(time[-1] - time[0]))
     for (whole, zoom, gap), d in zip(axes, shown, strict=True):
-        i = found.channels.index(d)
-        x, y = (result.data[:, i] for result in (found.first, found.second))
+        i = differences.channels.index(d)
+        x, y = (result.data[:, i] for result in (differences.first, differences.second))
         unit, factor = readable_unit(d.channel, x, y)
         x, y = factor * x, factor * y
         near = np.abs(time - np.clip(d.worst_time, time[0] + half, time[-1] - half)) <= half
         for ax, part, thick, thin in ((whole, slice(None), 0.9, 0.6), (zoom, near, 2.4, 1.0)):
             ax.plot(time[part], y[part], color=COLOURS[1], linewidth=thick, label=labels[1])
             ax.plot(time[part], x[part], color=COLOURS[0], linewidth=thin, label=labels[0])
-        gap.plot(time, gaps(d.channel, *found.of(i)) * factor, color=INK, linewidth=0.6)
+        gap.plot(time, gaps(d.channel, *differences.of(i)) * factor, color=INK, linewidth=0.6)
         for ax in (whole, gap):
             ax.axvspan(time[near][0], time[near][-1], color=FAINT, alpha=0.18, linewidth=0.0)
         zoom.axvline(d.worst_time, color=INK, linewidth=0.8, linestyle=":")
@@ -111,12 +111,12 @@ def plot_differences(
     return figure
 
 
-def _chosen(found: ResultDifferences) -> list[ChannelDifference]:
-    wanted = [d for name in EVERYBODY for d in found.channels if d.channel.name == name]
-    others = [d for d in most_different(found, len(found.channels)) if d not in wanted]
-    return [*wanted, *others[: PANELS - len(wanted)]] or list(found.channels[:PANELS])
+def _chosen(differences: ResultDifferences) -> list[ChannelDifference]:
+    wanted = [d for name in EVERYBODY for d in differences.channels if d.channel.name == name]
+    others = [d for d in most_different(differences, len(differences.channels)) if d not in wanted]
+    return [*wanted, *others[: PANELS - len(wanted)]] or list(differences.channels[:PANELS])
 
 
-def _entry(found: ResultDifferences, name: str) -> ChannelDifference:
-    channel = found.first.channel(name.partition("=")[0].strip())
-    return found.channels[found.first.channels.index(channel)]
+def _entry(differences: ResultDifferences, name: str) -> ChannelDifference:
+    channel = differences.first.channel(name.partition("=")[0].strip())
+    return differences.channels[differences.first.channels.index(channel)]

@@ -1,7 +1,7 @@
 """Aeroelastic stability in overspeed: damping of the modes over rotor speed, and the flutter limit.
 
-The rotor is driven at a given speed, at constant pitch, in a wind that is by default almost still air. About the
-periodic motion at each speed, found by continuation, the turbine is linearised in the fixed frame.
+The rotor is driven at a given speed, at constant pitch, in a wind that is by default almost still air. The turbine is
+linearised in the fixed frame about the periodic motion at each speed, which is computed by continuation.
 
 Reference: docs/theory/simulation.md (M-38, M-39); Lobitz (2004), Wind Energy 7(3), 211-224; Hansen (2007), Wind Energy
 10(6), 551-577.
@@ -60,10 +60,10 @@ class StabilityLimit:
     """Onset of an instability.
 
     Attributes:
-      rotor_speed: [rad/s] at which the damping of the first mode vanishes.
-      frequency: [rad/s] of this mode in the fixed frame; 0 for divergence, which does not oscillate.
-      blade_frequency: [rad/s] of it in the rotating blades, of the sense of whirl with most of the energy of flapwise
-        bending and torsion.
+      rotor_speed: [rad/s] speed at which the damping of the first mode vanishes.
+      frequency: [rad/s] frequency of this mode in the fixed frame; 0 for divergence, which does not oscillate.
+      blade_frequency: [rad/s] its frequency in the rotating blades, for the direction of whirl with most of the energy
+        of flapwise bending and torsion.
       label: the coordinate with most of its energy.
       mode: the mode, a little above the limit.
     """
@@ -80,14 +80,14 @@ class Flutter(Brief):
     """Modes over rotor speed in air.
 
     Attributes:
-      wind_speed, pitch: [m/s], [rad], the same at all speeds.
-      rotor_speed: (n,) [rad/s].
+      wind_speed, pitch: [m/s], [rad] common values of all rotor speeds.
+      rotor_speed: (n,) [rad/s] rotor speeds.
       labels: names of the modes.
       frequency: (modes, n) [rad/s], undamped; NaN where a mode does not oscillate or there is no steady motion.
       damping: (modes, n) ratio to critical.
       least: (n,) smallest damping of the blade modes, those with most of their energy in the blades.
-      limit: lowest speed at which a blade mode is unstable, or None; that of the first point if it is unstable.
-      failures: reasons for missing speeds, by rotor speed: no steady motion, or an instability of this speed alone.
+      limit: lowest speed at which a blade mode is unstable, or None; the first speed if it is already unstable.
+      failures: reasons for missing speeds, by rotor speed: no steady motion, or an instability only at this speed.
     """
 
     wind_speed: float
@@ -102,13 +102,13 @@ class Flutter(Brief):
 
 
 def stability_options(options: ModelOptions | None = None) -> ModelOptions:
-    """Options with the modes of analyses of stability, where they leave the numbers of modes open."""
+    """Options with the numbers of modes for stability analyses where they are not given."""
     options = options or ModelOptions()
     return options.replace(**{name: n for name, n in MODES.items() if getattr(options, name) is None})
 
 
 def stability_model(turbine: Turbine, options: ModelOptions | None) -> BladedModel:
-    """Model of a turbine with three blades for analyses of stability; a blade rigid in torsion has no torsion mode."""
+    """Model of a turbine with three blades for stability analyses; a blade rigid in torsion has no torsion mode."""
     options = stability_options(options)
     if not turbine.blade.structure.twists:
         options = options.replace(torsion_modes=0)
@@ -129,25 +129,25 @@ def flutter(
     """Damping of the modes over rotor speed, and the speed from which the turbine is unstable.
 
     The classical definition is the default: a rotor in almost still air, driven at constant speed and at its smallest
-    pitch. A higher wind speed gives overspeed in operation: the limit then includes edgewise and stall-induced
+    pitch. A higher wind speed represents overspeed in operation: the limit then includes edgewise and stall-induced
     instabilities, and depends on the mean loads.
 
     Args:
       turbine: a turbine, or a model, whose modes and options are then used as they are.
       rotor_speeds: [rad/s] increasing; by default 29 from 0.6 to 2 times rated speed.
       wind: wind speed [m/s] at hub height, or a steady wind.
-      pitch: [rad] of all blades; by default the smallest in operation.
+      pitch: [rad] collective pitch; by default the smallest in operation.
       generator_free: whether the generator may rotate about its mean speed; by default its speed is prescribed.
-      options: of a turbine's model; numbers of modes that they leave open are 4 flapwise, 2 edgewise and 2 torsional.
+      options: model options; numbers of modes that are not given are 4 flapwise, 2 edgewise and 2 torsional.
       progress: callback with the completed fraction.
 
     Returns:
-      The diagram. Speeds beyond the first without steady motion are NaN, and those at which the turbine is unstable
-      but not 2 % above; ``failures`` has the reason.
+      The diagram. Values are NaN at speeds beyond the first without steady motion, and at isolated unstable speeds,
+      where the turbine is stable 2 % above; ``failures`` has the reason.
 
     Raises:
-      InputError: speeds are not positive and increasing, there is no steady motion at the first, or the turbine has
-        no blades.
+      InputError: speeds are not positive and increasing, the first has no steady motion, or the turbine has no
+        blades.
       UnsupportedError: the rotor does not have three blades.
     """
     described = aeroelastic(turbine.turbine if isinstance(turbine, Model) else turbine, "flutter")
@@ -160,12 +160,12 @@ def flutter(
     angle = described.control.pitch.minimum if pitch is None else pitch
     check_prescribed("flutter", described, float(speeds[-1]), angle)
     steady = steady_wind(wind, described.hub_height)
-    own = with_static_gears(with_blades(turbine, "flutter")) if isinstance(turbine, Model) else None
-    model = own or stability_model(described, options)
+    given_model = with_static_gears(with_blades(turbine, "flutter")) if isinstance(turbine, Model) else None
+    model = given_model or stability_model(described, options)
     modes_at = _modes_of(model, steady, angle, generator_free)
 
     def reached(speed: float) -> list[Mode]:
-        """The modes at a speed; none without steady motion."""
+        """The modes at a speed; empty without steady motion."""
         try:
             return modes_at(speed)
         except NotConverged:
@@ -174,11 +174,11 @@ def flutter(
     def unstable(modes: list[Mode]) -> bool:
         return blade_mode(modes).damping < 0.0
 
-    found: list[list[Mode]] = [[] for _ in speeds]
+    modes_by_speed: list[list[Mode]] = [[] for _ in speeds]
     limit, failures = None, {}
     for i, speed in enumerate(speeds):
         try:
-            found[i] = modes_at(float(speed))
+            modes_by_speed[i] = modes_at(float(speed))
         except NotConverged as error:
             if i == 0:
                 raise
@@ -186,14 +186,14 @@ def flutter(
             break
         if progress is not None:
             progress((i + 1) / len(speeds))
-        if limit is None and unstable(found[i]):
-            if unstable(reached(LASTING * float(speed)) or found[i]):
-                limit = _onset(reached, float(speeds[max(i - 1, 0)]), float(speed), found[i])
+        if limit is None and unstable(modes_by_speed[i]):
+            if unstable(reached(LASTING * float(speed)) or modes_by_speed[i]):
+                limit = _onset(reached, float(speeds[max(i - 1, 0)]), float(speed), modes_by_speed[i])
             else:
-                found[i], failures[float(speed)] = [], KINK
-    oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in found]
+                modes_by_speed[i], failures[float(speed)] = [], KINK
+    oscillating = [[mode for mode in modes if mode.frequency > 0.0] for modes in modes_by_speed]
     curves = follow(oscillating, [i for i, modes in enumerate(oscillating) if modes])
-    least = np.array([blade_mode(modes).damping if modes else np.nan for modes in found])
+    least = np.array([blade_mode(modes).damping if modes else np.nan for modes in modes_by_speed])
     values = curve_values(curves, len(speeds))
     return Flutter(steady.speed, angle, speeds, tuple(curves), *values, least, limit, failures)
 
@@ -201,16 +201,16 @@ def flutter(
 def _modes_of(
     model: BladedModel, wind: SteadyWind, pitch: float, generator_free: bool
 ) -> Callable[[float], list[Mode]]:
-    """Function of the rotor speed [rad/s] that gives the modes, from the motion that it found at the speed before."""
+    """Function of the rotor speed [rad/s] that returns the modes, starting from the motion at the previous speed."""
     locked = model.locked.copy()
     if not generator_free:
         locked[model.coordinates.index("generator")] = 1.0
-    held, orbit = replace(model, locked=locked), CarefulOrbit(model, wind)
+    fixed, orbit = replace(model, locked=locked), CarefulOrbit(model, wind)
     orbit.level = FULL
 
     def modes_at(speed: float) -> list[Mode]:
         orbit.sweep(speed, pitch, 0.0)
-        linear = linearise(held, orbit.finish(), (), (), azimuths=AZIMUTHS)
+        linear = linearise(fixed, orbit.finish(), (), (), azimuths=AZIMUTHS)
         return linear.modes() + diverging(linear)
 
     return modes_at
@@ -242,12 +242,12 @@ def _onset(modes_at: Callable[[float], list[Mode]], low: float, high: float, mod
     fluttering = {name: value for name, value in share.items() if "edge" not in name}
     turns = {way: sum(value for name, value in fluttering.items() if name.endswith(way)) for way in WHIRL}
     turned = dict(zip(WHIRL, (0.0, speed, -speed), strict=True))[max(turns, key=lambda way: turns[way])]
-    seen = abs(mode.frequency + turned) if mode.frequency else 0.0
-    return StabilityLimit(speed, mode.frequency, seen, max(share, key=lambda name: share[name]), mode)
+    blade_frequency = abs(mode.frequency + turned) if mode.frequency else 0.0
+    return StabilityLimit(speed, mode.frequency, blade_frequency, max(share, key=lambda name: share[name]), mode)
 
 
 def diverging(linear: LinearModel) -> list[Mode]:
-    """The motion that grows without oscillating, if there is one, as a mode of frequency 0 and damping ratio -1."""
+    """Motion that grows without oscillation, if any, as a mode of frequency 0 and damping ratio -1."""
     from scipy.linalg import eig
 
     value, left, right = eig(linear.A, left=True)

@@ -52,14 +52,14 @@ STANDING = ("tower", "yaw", "drivetrain", "generator")
 
 @dataclass(frozen=True, repr=False)
 class IcingEffects(Brief):
-    """A turbine with and without ice.
+    """Results of a turbine with and without ice.
 
     Attributes:
-      turbine: name.
-      mass: [kg] of the ice on a blade, and of the blade.
-      speeds: (n,) [m/s] of steady wind.
+      turbine: name of the turbine.
+      mass: [kg] mass of the ice on a blade, and of the blade.
+      speeds: (n,) [m/s] steady wind speeds.
       power: (n,) [W] electrical power in steady wind, by variant.
-      frequencies: [Hz] of the clean and of the iced blade at rest, by mode.
+      frequencies: [Hz] natural frequencies of the clean and of the iced blade at rest, by mode.
       load_speeds: (m,) [m/s] mean wind speed of turbulent simulations.
       loads: by variant and channel, (m, seeds) equivalent loads [N or N m].
       first: by variant and channel, (m, seeds) 1P amplitudes [N or N m].
@@ -92,16 +92,16 @@ def icing_effects(  # noqa: PLR0913 - options of a study, each with a default
     """Power, frequencies and loads of a turbine without ice, with ice on one blade, on all but one and on all.
 
     Args:
-      turbine: without ice.
-      icing: of the iced blades; its ``blades`` are not used.
-      speeds: [m/s] of steady wind, for the power.
-      load_speeds: [m/s] mean wind speed of turbulent simulations, for the loads.
-      seeds: of the normal turbulence model of ``wind_class``.
-      duration: [s] of a turbulent simulation.
-      options: of the models.
-      wind_class: of IEC 61400-1.
-      points: of the wind fields in each direction.
-      workers: threads.
+      turbine: turbine without ice.
+      icing: ice of the iced blades; its ``blades`` are not used.
+      speeds: [m/s] steady wind speeds, for the power.
+      load_speeds: [m/s] mean wind speeds of turbulent simulations, for the loads.
+      seeds: seeds of the normal turbulence model of ``wind_class``.
+      duration: [s] duration of a turbulent simulation.
+      options: model options.
+      wind_class: wind class of IEC 61400-1.
+      points: grid points of the wind fields in each direction.
+      workers: number of threads.
       progress: callback with the completed fraction.
     """
     icing = icing or Icing()
@@ -118,17 +118,17 @@ def icing_effects(  # noqa: PLR0913 - options of a study, each with a default
     }
     winds = [(float(v), seed) for v in load_speeds for seed in seeds]
     starts = {(name, v): operating_point(model, v) for name, model in models.items() for v in dict(winds)}
-    found: list[Float] = []
+    results: list[Float] = []
     for done, (v, seed) in enumerate(winds):
         wind = generate_field(ntm(v, wind_class, seed=seed, points=points), turbine, duration)
         cases = [
             Run(model, wind, duration=duration, channels=["azimuth", *LOADS], start=starts[name, v], name=name)
             for name, model in models.items()
         ]
-        found += completed(simulate_batch(cases, reduce=_reduced, workers=workers))
+        results += completed(simulate_batch(cases, reduce=_reduced, workers=workers))
         if progress is not None:
             progress((done + 1) / len(winds))
-    values = np.array(found).reshape(len(load_speeds), len(seeds), len(sets), 2, len(LOADS))
+    values = np.array(results).reshape(len(load_speeds), len(seeds), len(sets), 2, len(LOADS))
     both = [
         {name: {load: values[:, :, i, kind, j] for j, load in enumerate(LOADS)} for i, name in enumerate(sets)}
         for kind in (0, 1)
@@ -158,8 +158,8 @@ def _masses(clean: BladedModel, iced: BladedModel) -> tuple[float, float]:
 
 
 def _frequencies(turbine: Turbine, icing: Icing, options: ModelOptions) -> dict[str, tuple[float, float]]:
-    """[Hz] natural frequencies of blade 1 alone, clean and iced, by mode, without residual modes."""
-    found = []
+    """Natural frequencies [Hz] of the isolated blade 1, clean and iced, by mode, without residual modes."""
+    frequencies = []
     for each in (None, icing.replace(blades=(1,))):
         model = build(with_ice(turbine, each), options.replace(locked=STANDING, residual_modes=0))
         modes: dict[str, float] = {}
@@ -167,12 +167,12 @@ def _frequencies(turbine: Turbine, icing: Icing, options: ModelOptions) -> dict[
             moves = [name for name, x in zip(mode.coordinates, np.abs(mode.shape), strict=True) if x > 0.99]
             if moves[0].startswith("blade 1 "):
                 modes.setdefault(moves[0].removeprefix("blade 1 "), mode.frequency / (2.0 * np.pi))
-        found.append(modes)
-    return {name: (found[0][name], found[1][name]) for name in found[0] if name in found[1]}
+        frequencies.append(modes)
+    return {name: (frequencies[0][name], frequencies[1][name]) for name in frequencies[0] if name in frequencies[1]}
 
 
 def power_table(effects: IcingEffects) -> Table:
-    """Power in steady wind: clean, and changes by ice."""
+    """Table of power in steady wind: clean, and changes by ice."""
     clean = effects.power[CLEAN]
     names = [name for name in effects.power if name != CLEAN]
     rows = [
@@ -184,7 +184,7 @@ def power_table(effects: IcingEffects) -> Table:
 
 
 def frequency_table(effects: IcingEffects) -> Table:
-    """Natural frequencies of a blade."""
+    """Table of natural frequencies of a blade."""
     rows = [
         [name, f"{clean:.3f}", f"{iced:.3f}", f"{100.0 * (iced / clean - 1.0):+.1f}"]
         for name, (clean, iced) in effects.frequencies.items()
@@ -195,13 +195,13 @@ def frequency_table(effects: IcingEffects) -> Table:
 
 
 def load_changes(effects: IcingEffects, name: str, load: str) -> list[MeanEstimate]:
-    """Change of an equivalent load against the clean turbine in the same wind, for each wind speed, as a share."""
+    """Relative change of an equivalent load against the clean turbine in the same wind, for each wind speed."""
     ratio = effects.loads[name][load] / effects.loads[CLEAN][load] - 1.0
     return [mean_interval(row) for row in ratio]
 
 
 def load_table(effects: IcingEffects) -> Table:
-    """Equivalent loads and 1P amplitudes in turbulence."""
+    """Table of equivalent loads and 1P amplitudes in turbulence."""
     names = [name for name in effects.loads if name != CLEAN]
     rows = []
     for load, words in LOADS.items():
@@ -242,8 +242,8 @@ def plot_icing(effects: IcingEffects) -> Figure:
     place = np.arange(len(LOADS))
     names = [name for name in effects.loads if name != CLEAN]
     for i, (colour, name) in enumerate(zip(COLOURS[1:], names, strict=False)):
-        found = [load_changes(effects, name, load)[middle] for load in LOADS]
-        mean, half = zip(*map(change_bar, found), strict=True)
+        changes = [load_changes(effects, name, load)[middle] for load in LOADS]
+        mean, half = zip(*map(change_bar, changes), strict=True)
         loads.barh(place + 0.27 * (i - 1), mean, 0.25, xerr=half, color=colour, error_kw={"linewidth": 0.8})
     loads.set_yticks(place, list(LOADS.values()))
     loads.invert_yaxis()

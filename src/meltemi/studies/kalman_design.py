@@ -1,4 +1,4 @@
-"""Algebra of a stationary Kalman filter: fast states in equilibrium, discrete model with its noise, gain.
+"""Algebra of a stationary Kalman filter: reduction of fast states, discrete model with its noise, gain.
 
 Reference: docs/theory/observer.md (O-1a, O-7 to O-9).
 """
@@ -16,14 +16,14 @@ Float = NDArray[np.float64]
 
 
 def condensed(linear: LinearModel, fast: NDArray[np.bool_]) -> LinearModel:
-    """The model whose states of a mask are in equilibrium with the others (O-1a).
+    """The model with the states of a mask in equilibrium with the others (O-1a).
 
-    In the fixed frame this is exact for steady wind with shear, yaw and tilt: what a blade meets once a revolution is
-    constant there, and the lag of a state in the rotating frame is part of its matrix.
+    In the fixed frame this is exact for steady wind with shear, yaw and tilt: once-per-revolution excitations of the
+    blades are constant there, and the lag of a state in the rotating frame is part of its matrix.
 
     Args:
-      linear: in the fixed frame.
-      fast: (n,) which states.
+      linear: linear model in the fixed frame.
+      fast: (n,) mask of the fast states.
     """
     kept = ~fast
     follows = -np.linalg.solve(linear.A[np.ix_(fast, fast)], np.hstack([linear.A[np.ix_(fast, kept)], linear.B[fast]]))
@@ -41,7 +41,7 @@ def discrete(A: Float, B: Float, W: Float, dt: float) -> tuple[Float, Float, Flo
     Args:
       A, B: (n, n), (n, m) of dz/dt = A z + B u + w.
       W: (n, n) intensity of w.
-      dt: [s].
+      dt: [s] time step.
     """
     from scipy.linalg import expm
 
@@ -57,7 +57,7 @@ def stationary(A: Float, C: Float, Q: Float, R: Float) -> tuple[Float, Float, Fl
     """Gain, covariance after an update and covariance of the innovation in the steady state (O-8, O-9).
 
     Args:
-      A, C: (n, n), (s, n) of a discrete model.
+      A, C: (n, n), (s, n) matrices of a discrete model.
       Q, R: (n, n), (s, s) covariances of process and sensors.
     """
     from scipy.linalg import solve_discrete_are

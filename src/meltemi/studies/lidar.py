@@ -1,4 +1,4 @@
-"""What a lidar on the nacelle measures of a wind: a sensor for controllers, and a preview.
+"""Measurements of a nacelle lidar: a sensor for controllers, and a preview.
 
 The line-of-sight speed of a beam with the unit vector n, upwind, focused at F, is the wind along it, weighted over the
 probe volume: v = -int W(r - F) n . u(p + r n) dr, positive towards the lidar. W is Gaussian for pulsed lidars, with the
@@ -34,27 +34,27 @@ POINTS = {"pulsed": 9, "continuous": 256}
 
 
 class Lidar(Record):
-    """A lidar on the nacelle that looks upwind."""
+    """A nacelle lidar that measures upwind."""
 
     kind: Literal["pulsed", "continuous"] = "pulsed"
-    """Pulsed, with the same probe length at all ranges; or continuous-wave, focused at each of them."""
+    """Pulsed, with the same probe length at all ranges; or continuous-wave, focused at each range."""
     beams: tuple[tuple[float, float], ...] = ((0.26, 0.0), (0.0, 0.26), (-0.26, 0.0), (0.0, -0.26))
     """(azimuth, elevation) [rad] of each beam from the upwind direction of the level shaft: positive to the left
     looking downwind, and up."""
     ranges: tuple[float, ...] = (50.0, 80.0, 110.0, 140.0, 170.0, 200.0)
-    """[m] along each beam, from the lidar."""
+    """[m] distances along each beam from the lidar."""
     sample_time: float = Field(default=1.0, gt=0.0)
-    """[s] of a scan of all beams."""
+    """[s] duration of a scan of all beams."""
     probe_length: float = Field(default=30.0, ge=0.0)
     """[m] full width at half maximum of the probe volume, pulsed."""
     wavelength: float = Field(default=1.55e-6, gt=0.0)
-    """[m], continuous-wave."""
+    """[m] wavelength, continuous-wave."""
     aperture: float = Field(default=0.028, gt=0.0)
     """[m] radius of the beam at the lens, continuous-wave."""
     position: tuple[float, float, float] = (5.0, 0.0, 3.0)
-    """[m] from the rotor apex: downwind, to the left looking downwind, up."""
+    """[m] position from the rotor apex: downwind, to the left looking downwind, up."""
     blade_width: float = Field(default=0.0, ge=0.0)
-    """[m] of blades where beams cross the rotor plane: they block beams; 0 for none, as on a spinner."""
+    """[m] width of blades that block beams where these cross the rotor plane; 0 for none, as on a spinner."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -86,16 +86,16 @@ class Lidar(Record):
 @kernel
 def line_of_sight(t: float, start: Vec, n: Vec, at: Float, weight: Float, m: WindField) -> float:
     """Line-of-sight speed [m/s] of a beam from ``start`` at time ``t`` (C-97)."""
-    found = 0.0
+    speed = 0.0
     for k in range(len(at)):
         r = at[k]
         u = wind_velocity(Vec(start.x + r * n.x, start.y + r * n.y, max(start.z + r * n.z, 0.0)), t, m)
-        found -= weight[k] * (u.x * n.x + u.y * n.y + u.z * n.z)
-    return found
+        speed -= weight[k] * (u.x * n.x + u.y * n.y + u.z * n.z)
+    return speed
 
 
 def line_of_sight_speeds(turbine: Turbine, wind: Wind, lidar: Lidar, duration: float) -> Float:
-    """(scans, B, ranges) [m/s] of a run (C-97); for arguments and errors see :func:`measure_lidar`."""
+    """(scans, B, ranges) [m/s] line-of-sight speeds of a run (C-97); see :func:`measure_lidar`."""
     if not duration > 0.0:
         raise InputError(f"measure_lidar: duration must be positive, found {duration!r}")
     field, n = wind_field(wind, turbine.hub_height, turbine.rotor_diameter), lidar.directions()
@@ -114,19 +114,19 @@ def line_of_sight_speeds(turbine: Turbine, wind: Wind, lidar: Lidar, duration: f
 
 
 def measure_lidar(turbine: Turbine, wind: Wind, lidar: Lidar, duration: float) -> LidarSensor:
-    """The sensor of a run, for the state of a controller.
+    """Lidar sensor of a run, for the state of a controller.
 
     Args:
-      turbine: whose nacelle stands still, with the shaft along the inertial x axis.
-      wind: of the run.
-      lidar: its settings.
-      duration: [s] of the run.
+      turbine: turbine with a fixed nacelle and the shaft along the inertial x axis.
+      wind: wind of the run.
+      lidar: settings of the lidar.
+      duration: [s] duration of the run.
 
     Raises:
-      InputError: a duration that is not positive.
+      InputError: the duration is not positive.
     """
     speed, n = line_of_sight_speeds(turbine, wind, lidar, duration), lidar.directions()
-    # where a beam crosses the plane of the rotor, seen looking downwind: azimuth zero is up, clockwise
+    # crossing of a beam with the rotor plane, looking downwind: azimuth zero is up, clockwise
     across = np.array(lidar.position) + (lidar.position[0] / -n[:, :1]) * n
     radius = np.maximum(np.hypot(across[:, 1], across[:, 2]), 1e-3)
     blocked = np.arcsin(np.minimum(0.5 * lidar.blade_width / radius, 1.0)) if lidar.position[0] > 0.0 else 0.0 * radius
@@ -152,20 +152,20 @@ def lidar_preview(
     *,
     frequency: float = FREQUENCY,
 ) -> Preview:
-    """Preview of what a lidar measures instead of the wind itself, see ``preview_of``; blades block no beam.
+    """Preview from the measurements of a lidar instead of the wind itself, see ``preview_of``; blades block no beam.
 
-    A range counts if the wind takes longer from there to the rotor than the lead of the preview and a scan.
+    A range is used if the travel time of the wind from there to the rotor exceeds the lead time plus a scan.
 
     Args:
-      model: of the turbine.
-      wind: of the run.
-      lidar: its settings.
-      duration: [s] of the run.
-      table: from ``steady_pitch``, for several winds of one model.
-      frequency: [rad/s] corner of the low-pass filter.
+      model: turbine model.
+      wind: wind of the run.
+      lidar: settings of the lidar.
+      duration: [s] duration of the run.
+      table: pitch table from ``steady_pitch``, for several winds of one model.
+      frequency: [rad/s] corner frequency of the low-pass filter.
 
     Raises:
-      InputError: no range is far enough.
+      InputError: all ranges are too short.
     """
     turbine = model.turbine
     mean, lead = mean_speed(wind, turbine.hub_height), pitch_lead(model, frequency)

@@ -1,7 +1,7 @@
-"""Loads of the machine: resultants at yaw bearing, tower and blade root, their extremes and equivalent loads.
+"""Turbine loads: resultants at yaw bearing, tower and blade root, their extremes and equivalent loads.
 
-The bearing is at the tower top, so the moments of the bearing and the shear force of the tower top are cuts at one
-place.
+The bearing is at the tower top, so the bearing moments and the shear force of the tower top are section loads at one
+point.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ TOWER_BASE, BLADE_ROOT = "tower base bending", "blade root flap"
 
 @dataclass(frozen=True)
 class Load:
-    """A load that is evaluated.
+    """Definition of a load.
 
     Attributes:
       unit: engineering unit.
-      factor: from SI to it.
-      size: of which the extreme is taken.
-      component: channel of which the fatigue is counted, that in the direction of the wind at the start.
-      slope: of the S-N curve.
+      factor: factor from SI units to it.
+      size: function for the magnitude whose extreme is evaluated.
+      component: channel for the fatigue, along the initial wind direction.
+      slope: S-N slope.
     """
 
     unit: str

@@ -1,9 +1,9 @@
-"""Observer of wind and loads from the signals of a turbine: a Kalman filter scheduled by the wind speed after a lag.
+"""Observer of wind and loads from turbine signals: a Kalman filter scheduled by the lagged wind speed.
 
     dz/dt = A z + B u + G w,   y = C z + D u + v     about steady operation at each wind speed
 
 The state z contains the states of the linear model in the fixed frame, the rotor-effective wind speed (a random walk)
-and harmonics of the turbulence that a rotating blade meets. Gains solve the discrete Riccati equation at each wind
+and harmonics of the turbulence in the frame of a rotating blade. Gains solve the discrete Riccati equation at each wind
 speed.
 
 Reference: docs/theory/observer.md (O-1 to O-12); Branlard, Jonkman, Brown and Zhang (2024), Wind Energ. Sci. 9, 1-24.
@@ -63,8 +63,8 @@ class SensorNoise:
     """Standard deviations of white noise of the sensors, per sample.
 
     Attributes:
-      speed: of the generator speed over its rated value [-].
-      acceleration: [m/s^2] of the tower top.
+      speed: generator speed over its rated value [-].
+      acceleration: [m/s^2] tower-top acceleration.
     """
 
     speed: float = 5e-4
@@ -78,11 +78,11 @@ class SensorNoise:
 
 @dataclass(frozen=True)
 class ExpectedTurbulence:
-    """Turbulence that the filter expects: Kaimal's spectrum with exponential coherence.
+    """Turbulence model of the filter: Kaimal spectrum with exponential coherence.
 
     Attributes:
       reference_intensity: I_ref of the class [-]: sigma = I_ref (0.75 V + 5.6 m/s), the normal turbulence model.
-      edition: of IEC 61400-1, for lengths and coherence.
+      edition: edition of IEC 61400-1, for length scales and coherence.
     """
 
     reference_intensity: float = 0.16
@@ -97,16 +97,16 @@ class ExpectedTurbulence:
             raise InputError(f"observer: edition must be 2, 3 or 4, found {self.edition!r}")
 
     def deviation(self, speed: float) -> float:
-        """[m/s] standard deviation at a mean wind speed [m/s]."""
+        """Standard deviation [m/s] at a mean wind speed [m/s]."""
         return self.reference_intensity * (0.75 * speed + 5.6)
 
     def harmonics(self, speed: float, height: float, radius: float) -> tuple[Float, Float]:
         """Variances [m^2/s^2] and time constants [s] of the harmonics 0 to 4 of the wind on a blade (O-5, O-6).
 
         Args:
-          speed: [m/s] mean.
-          height: [m] of the hub.
-          radius: [m] of the rotor.
+          speed: [m/s] mean wind speed.
+          height: [m] hub height.
+          radius: [m] rotor radius.
         """
         scale = scale_parameter(self.edition, height)
         f = np.concatenate([[0.0], np.geomspace(1e-4, 5.0, 120)])
@@ -137,8 +137,8 @@ class Estimate:
       result: estimated wind, loads and motion of the tower, as a result.
       deviation: (T, C) standard deviations of the errors, by channel.
       innovation: (T, 3) measured minus predicted sensors, over their predicted standard deviations.
-      samples: results drawn from the distribution of the loads given the signals: estimate plus a realisation of its
-        error. Their damage-equivalent loads scatter about that of the turbine.
+      samples: samples of the conditional distribution of the loads given the signals: estimate plus a realisation of
+        its error. Their damage-equivalent loads scatter about that of the turbine.
     """
 
     result: Result
@@ -149,18 +149,18 @@ class Estimate:
 
 @dataclass(frozen=True, repr=False)
 class Observer(Brief):
-    """A Kalman filter for each wind speed; ``estimate`` applies it to a result, ``start`` gives one for a controller.
+    """A Kalman filter for each wind speed; ``estimate`` applies it to a result, ``start`` creates one for a controller.
 
     Attributes:
-      wind_speed: (k,) [m/s].
+      wind_speed: (k,) [m/s] wind speeds of the operating points.
       centre: (k, n) states at the operating points.
-      A, B, K, C, D: of the discrete models, with their gains, see ``kalman_step``.
-      inputs, outputs: (k, m), (k, p) at the operating points.
-      covariance: (k, n, n) of the error after an update.
-      innovation: (k, s, s) of the predicted sensors.
-      Q, R: (k, n, n), (s, s) of the noise of process and sensors, per step.
-      states, output_names: names.
-      model: from which it was made.
+      A, B, K, C, D: matrices and gains of the discrete models, see ``kalman_step``.
+      inputs, outputs: (k, m), (k, p) values at the operating points.
+      covariance: (k, n, n) covariance of the error after an update.
+      innovation: (k, s, s) covariance of the innovation.
+      Q, R: (k, n, n), (s, s) covariances of process and sensor noise, per step.
+      states, output_names: names of states and outputs.
+      model: turbine model.
     """
 
     wind_speed: Float
@@ -186,12 +186,12 @@ class Observer(Brief):
 
     @property
     def wind_place(self) -> int:
-        """Place of the rotor-effective wind speed in the state."""
+        """Index of the rotor-effective wind speed in the state."""
         return self.states.index("rotor-effective wind")
 
     @property
     def lag(self) -> float:
-        """[s] of the wind speed that schedules the models: a revolution at rated speed, over which they average."""
+        """Lag [s] of the scheduling wind speed: a revolution at rated speed, over which the models average."""
         drivetrain, control = self.model.turbine.drivetrain, self.model.turbine.control
         return float(2.0 * np.pi * drivetrain.gear_ratio / control.pitch.reference_speed)
 
@@ -203,7 +203,7 @@ class Observer(Brief):
         """The observer with gains and covariances of some of the sensors only.
 
         Args:
-          present: (3,) which of ``SENSORS``.
+          present: (3,) mask of ``SENSORS``.
 
         Raises:
           MeltemiError: these sensors do not determine the state.
@@ -221,37 +221,37 @@ class Observer(Brief):
         return replace(self, K=K, covariance=P, innovation=S)
 
     def guess(self, speed: float, torque: float, pitch: float) -> float:
-        """Wind speed [m/s] at which steady operation is closest to a generator speed, torque and pitch, SI."""
-        here = np.column_stack([self.outputs[:, 0], self.inputs])
-        scale = np.maximum(here.max(axis=0) - here.min(axis=0), 1e-9)
-        far = np.sum(((here - [speed, torque, pitch]) / scale) ** 2, axis=1)
+        """Wind speed [m/s] at which steady operation is closest to a generator speed, torque and pitch (SI units)."""
+        points = np.column_stack([self.outputs[:, 0], self.inputs])
+        scale = np.maximum(points.max(axis=0) - points.min(axis=0), 1e-9)
+        far = np.sum(((points - [speed, torque, pitch]) / scale) ** 2, axis=1)
         return float(self.wind_speed[np.argmin(far)])
 
     @one_blas_thread
     def estimate(self, result: Result, *, samples: int = 0, seed: int = 1) -> Estimate:
-        """Estimate wind and loads from the signals of a result, of which loads and wind are not read.
+        """Estimate wind and loads from the signals of a result, whose loads and wind are not used.
 
         Args:
-          result: with ``generator_speed``, ``pitch_1`` and ``generator_torque`` or ``generator_power``, and where they
-            are known ``tower_top_acceleration_x``, ``tower_top_acceleration_y`` and ``azimuth``.
+          result: result with ``generator_speed``, ``pitch_1`` and ``generator_torque`` or ``generator_power``, and if
+            available, ``tower_top_acceleration_x``, ``tower_top_acceleration_y`` and ``azimuth``.
           samples: number of samples of the distribution of the loads.
-          seed: of the samples.
+          seed: seed of the samples.
 
-        Samples with values that are not finite are excluded. Over gaps the estimate is a prediction without sensors.
-        The warnings of the estimated result name them, and signals that do not fit the turbine.
+        Samples with values that are not finite are excluded. In gaps the estimate is a prediction without sensors.
+        The warnings of the estimated result list gaps and signals that are inconsistent with the turbine.
 
         Raises:
           InputError: a signal is missing, hardly any of its samples is finite, or the series is too short.
-          MeltemiError: without the accelerations the state is not determined.
+          MeltemiError: the state cannot be determined without the accelerations.
         """
         signals = signals_of(result, self.model.turbine)
         missing = np.isnan(signals.sensors[0])
-        made = self.using(~missing) if np.any(missing) else self
+        usable = self.using(~missing) if np.any(missing) else self
         meta = {k: v for k, v in result.meta.items() if k in ("turbine", "wind", "transient", "file")}
-        found = made._estimate(signals, meta | {"controller": "observer"}, samples, seed)
+        estimate = usable._estimate(signals, meta | {"controller": "observer"}, samples, seed)
         outside = self._outside(signals.sensors[:, 0], *signals.inputs.T)
-        meta = found.result.meta | {"warnings": [*signals.warnings, *outside, *_misfits(found.innovation)]}
-        return replace(found, result=replace(found.result, meta=meta))
+        meta = estimate.result.meta | {"warnings": [*signals.warnings, *outside, *_misfits(estimate.innovation)]}
+        return replace(estimate, result=replace(estimate.result, meta=meta))
 
     def _estimate(self, signals: Signals, meta: dict[str, Any], samples: int, seed: int) -> Estimate:
         u, measured, azimuth = signals.inputs, signals.sensors, signals.azimuth
@@ -275,12 +275,14 @@ class Observer(Brief):
                 _deviations(self.output_names, errors[near], azimuth, places),
             ]
         )
-        found = Result(signals.time, data, channels, meta=meta)
+        estimated = Result(signals.time, data, channels, meta=meta)
         chance = np.random.default_rng(seed)
         roots = [_root(Q, 1e-14 * np.trace(Q) / len(Q)) for Q in self.Q] if samples else []
-        errors_drawn = (self._drawn_error(near, roots, chance) for _ in range(samples))
-        drawn = tuple(replace(found, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in errors_drawn)
-        return Estimate(found, deviation, gaps, drawn)
+        draws = (self._drawn_error(near, roots, chance) for _ in range(samples))
+        realisations = tuple(
+            replace(estimated, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in draws
+        )
+        return Estimate(estimated, deviation, gaps, realisations)
 
     def _drawn_error(
         self, near: NDArray[np.intp], roots: Sequence[Float], chance: np.random.Generator
@@ -298,19 +300,20 @@ class Observer(Brief):
         return wind, wrong
 
     def _outside(self, *signals: Float) -> list[str]:
-        """Warnings about generator speed, torque and pitch that are mostly outside their range in production."""
+        """Warnings about generator speed, torque and pitch that are mostly outside their range in operation."""
         steady = (self.outputs[:, 0], *self.inputs.T)
-        found = []
-        for name, x, here in zip((SENSORS[0], *INPUTS), signals, steady, strict=True):
-            room = BEYOND * float(np.abs(here).max())
-            low, high = float(here.min()) - room, float(here.max()) + room
+        lines = []
+        for name, x, steady_values in zip((SENSORS[0], *INPUTS), signals, steady, strict=True):
+            room = BEYOND * float(np.abs(steady_values).max())
+            low, high = float(steady_values.min()) - room, float(steady_values.max()) + room
             share = float(np.mean((x < low) | (x > high)))
             if share > 0.5:
-                found.append(
-                    f"{name} is {x.mean():.4g} on average, in production it is {here.min():.4g} to {here.max():.4g} "
+                lines.append(
+                    f"{name} is {x.mean():.4g} on average, in production it is {steady_values.min():.4g} to "
+                    f"{steady_values.max():.4g} "
                     "(SI units): the estimate is not that of the turbine; check units, names and turbine"
                 )
-        return found
+        return lines
 
     def _nearest(self, speed: Float) -> NDArray[np.intp]:
         spacing = self.wind_speed[1] - self.wind_speed[0]
@@ -329,22 +332,22 @@ def _root(covariance: Float, least: float) -> Float:
 
 
 def _misfits(innovation: Float) -> list[str]:
-    """Warnings about sensors far from their predictions; by the median, which a start or a fault does not move."""
-    found = []
+    """Warnings about sensors far from their predictions; by the median, which is insensitive to starts and faults."""
+    lines = []
     for name, gaps in zip(SENSORS, innovation.T, strict=True):
         if np.any(np.isfinite(gaps)) and (far := float(np.nanmedian(np.abs(gaps)) / 0.6745)) > MISFIT:
-            found.append(
+            lines.append(
                 f"{name} differs from its prediction by {far:.2g} times the expected deviation: the signals are not "
                 "those of this turbine in production; check units, names and turbine"
             )
-    return found
+    return lines
 
 
 class ObserverFilter:
-    """The state of an observer in time.
+    """Filter of an observer with its state in time.
 
     Attributes:
-      memory: the whole filter as one vector, which a compiled controller may have as its state, see ``kalman_step``.
+      memory: the complete filter as one vector, which can be the state of a compiled controller, see ``kalman_step``.
       z: (n,) state.
       y: (p,) outputs of the last step, named by ``observer.output_names``.
     """
@@ -361,16 +364,16 @@ class ObserverFilter:
 
     @property
     def wind_speed(self) -> float:
-        """[m/s] rotor-effective."""
+        """Rotor-effective wind speed [m/s]."""
         return float(self.z[self.observer.wind_place])
 
     @property
     def schedule(self) -> float:
-        """[m/s] wind speed of the models in use: the estimate after a lag."""
+        """Scheduling wind speed [m/s]: the lagged estimate."""
         return float(self.memory[SCHEDULE])
 
     def place(self, name: str) -> int:
-        """Place in ``memory`` of an output in the fixed frame, or of a state, by its name."""
+        """Index in ``memory`` of an output in the fixed frame, or of a state, by its name."""
         names = (*self.observer.states, *self.observer.output_names)
         if name not in names:
             raise InputError(f"observer: no {name!r}: {did_you_mean(name, names)}")
@@ -391,16 +394,16 @@ class ObserverFilter:
         return self.y
 
     def predicted(self, inputs: Sequence[float] | Float) -> Float:
-        """(3,) sensors that the next step expects."""
+        """(3,) sensor values predicted for the next step."""
         n = HEAD + len(self.z) + len(self.y) + 2 * len(INPUTS)
         keep = self.memory[:n].copy()
-        found = self.step(inputs, np.full(len(SENSORS), np.nan))[: len(SENSORS)].copy()
+        outputs = self.step(inputs, np.full(len(SENSORS), np.nan))[: len(SENSORS)].copy()
         self.memory[:n] = keep
-        return found
+        return outputs
 
 
 def _mixing(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> Callable[[Float], Float]:
-    """Outputs of the fixed frame (T, p) to channels (T, C)."""
+    """Function that converts outputs in the fixed frame (T, p) to channels (T, C)."""
 
     def mix(y: Float) -> Float:
         return np.column_stack([np.einsum("tp,tp->t", row, y) for row in _rows(names, azimuth, wanted)])
@@ -410,7 +413,7 @@ def _mixing(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> Call
 
 def _rows(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> list[Float]:
     """(T, p) weights of the outputs in each channel."""
-    found = []
+    rows = []
     for name in wanted:
         row = np.zeros((len(azimuth), len(names)))
         if name in names:
@@ -421,8 +424,8 @@ def _rows(names: Sequence[str], azimuth: Float, wanted: Sequence[str]) -> list[F
             parts = {"collective": np.ones_like(psi), "cosine": np.cos(psi), "sine": np.sin(psi)}
             for part, weight in parts.items():
                 row[:, names.index(f"{base}_{part}")] = weight
-        found.append(row)
-    return found
+        rows.append(row)
+    return rows
 
 
 def _deviations(names: Sequence[str], errors: Float, azimuth: Float, wanted: Sequence[str]) -> Float:
@@ -447,11 +450,11 @@ def observer(
     fixed frame.
 
     Args:
-      model: of the turbine.
-      turbulence: that it expects; category A by default.
-      noise: of the sensors.
-      shear_exponent: of the mean wind.
-      spacing: [m/s] between the wind speeds, from cut-in to cut-out.
+      model: turbine model.
+      turbulence: expected turbulence; category A by default.
+      noise: sensor noise.
+      shear_exponent: shear exponent of the mean wind.
+      spacing: [m/s] spacing of the wind speeds, from cut-in to cut-out.
       progress: callback with the completed fraction.
 
     Raises:
@@ -498,10 +501,10 @@ def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbul
     speed, omega = float(linear.u0[2]), linear.point.rotor_speed
     n, m = len(linear.states), len(INPUTS)
     variance, times = turbulence.harmonics(speed, turbine.hub_height, turbine.rotor_radius)
-    # a shear of 1 changes the wind by V r / D; the harmonics are averages over r^2 of the wind, that of r is 3 R / 4
+    # a shear of 1 changes the wind by V r / D; the harmonics are averages weighted with r^2, for which r is 3 R / 4
     shear = 1.0 / (speed * 3.0 / 8.0)
     Bw, Dw = linear.B[:, m:], linear.D[:, m:]
-    # the sine component is the wind at the side that blade 1 moves down: its moment has the sign of the sine
+    # the sine component is the wind on the side of the downward moving blade 1: its moment has the sign of the sine
     gain = linear.response([1e-3j])[0].real
     row = linear.outputs.index("root_moment_out_of_plane_sine")
     side = np.sign(gain[row, m + 2]) or 1.0

@@ -1,4 +1,4 @@
-"""Plot of an observer's estimate, and its tables."""
+"""Plot and tables of an observer's estimate."""
 
 from __future__ import annotations
 
@@ -28,56 +28,58 @@ BAND = 1.645
 
 
 def plot_estimate(estimate: Estimate, measured: Result | None = None) -> Figure:
-    """Plot wind and loads with bands of 90 %, and those of a result beside them.
+    """Plot wind and loads with 90 % bands, and those of a measured result.
 
     Args:
-      estimate: of an observer.
-      measured: result with the same loads, where they are known.
+      estimate: estimate of an observer.
+      measured: result with the same loads, if available.
     """
-    found = estimate.result
+    estimated = estimate.result
     figure, axes = new_figure(len(SHOWN), size=(9.0, 9.5))
     for ax, name in zip(axes[:, 0], SHOWN, strict=True):
-        channel = found.channel(name)
-        unit, factor = readable_unit(channel, found[name])
-        x, wide = found[name] * factor, BAND * factor * estimate.deviation[:, found.names.index(channel.name)]
-        ax.fill_between(found.time, x - wide, x + wide, color=COLOURS[0], alpha=0.25, linewidth=0, label="90 % band")
-        ax.plot(found.time, x, color=COLOURS[0], linewidth=1.0, label="estimate")
+        channel = estimated.channel(name)
+        unit, factor = readable_unit(channel, estimated[name])
+        x, wide = estimated[name] * factor, BAND * factor * estimate.deviation[:, estimated.names.index(channel.name)]
+        ax.fill_between(
+            estimated.time, x - wide, x + wide, color=COLOURS[0], alpha=0.25, linewidth=0, label="90 % band"
+        )
+        ax.plot(estimated.time, x, color=COLOURS[0], linewidth=1.0, label="estimate")
         if measured is not None and name in measured:
             ax.plot(measured.time, measured[name] * factor, color=INK, linewidth=0.8, label="in the file")
         panel(ax, channel.name.replace("_", " "), unit, "time [s]" if name == SHOWN[-1] else "")
-        ax.set_xlim(found.time[0], found.time[-1])
+        ax.set_xlim(estimated.time[0], estimated.time[-1])
     axes[0, 0].legend(handles=axes[1, 0].get_legend_handles_labels()[0], ncols=3, **ABOVE)
-    figure_title(figure, f"{found.meta.get('turbine', '')}: wind and loads estimated from signals".strip(": "))
+    figure_title(figure, f"{estimated.meta.get('turbine', '')}: wind and loads estimated from signals".strip(": "))
     return figure
 
 
 def estimate_rows(estimate: Estimate) -> tuple[list[str], list[list[str]]]:
     """Header and rows of the series: each channel in SI units, and the standard deviation of its error."""
-    found = estimate.result
-    head, columns = ["time [s]"], [found.time]
-    for i, channel in enumerate(found.channels):
+    estimated = estimate.result
+    head, columns = ["time [s]"], [estimated.time]
+    for i, channel in enumerate(estimated.channels):
         head += [f"{channel.name} [{channel.unit}]", f"{channel.name} deviation [{channel.unit}]"]
-        columns += [found.data[:, i], estimate.deviation[:, i]]
+        columns += [estimated.data[:, i], estimate.deviation[:, i]]
     return head, [[f"{value:.9g}" for value in row] for row in np.column_stack(columns)]
 
 
 def load_rows(estimate: Estimate, measured: Result | None = None) -> tuple[list[str], list[list[str]]]:
     """Header and rows of the damage-equivalent loads.
 
-    That of the estimate alone lacks what the signals do not show; the mean over the samples contains it, and 90 % of
-    the samples are between the last two columns.
+    The load of the estimate lacks components that the signals do not contain; the mean over the samples includes them,
+    and 90 % of the samples are between the last two columns.
     """
-    found = estimate.result
-    alone = equivalent_loads(found)
-    drawn = [equivalent_loads(sample) for sample in estimate.samples]
+    estimated = estimate.result
+    alone = equivalent_loads(estimated)
+    samples = [equivalent_loads(sample) for sample in estimate.samples]
     shared = [name for name in alone if measured is not None and name in measured]
-    own = equivalent_loads(measured, shared) if measured is not None and shared else {}
-    head = ["load", "unit", "estimate", "expected", "5 %", "95 %", *(["in the file"] if own else [])]
+    measured_loads = equivalent_loads(measured, shared) if measured is not None and shared else {}
+    head = ["load", "unit", "estimate", "expected", "5 %", "95 %", *(["in the file"] if measured_loads else [])]
     rows = []
     for name, value in alone.items():
-        unit, factor = found.channel(name).display_unit
-        some = np.array([d[name] for d in drawn]) * factor if drawn else np.array([np.nan])
+        unit, factor = estimated.channel(name).display_unit
+        some = np.array([d[name] for d in samples]) * factor if samples else np.array([np.nan])
         cells = [value * factor, some.mean(), *np.quantile(some, [0.05, 0.95])]
-        cells += [own.get(name, np.nan) * factor] if own else []
+        cells += [measured_loads.get(name, np.nan) * factor] if measured_loads else []
         rows.append([name, unit, *(number(float(cell)) for cell in cells)])
     return head, rows

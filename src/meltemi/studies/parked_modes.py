@@ -1,6 +1,6 @@
 """Stability of a turbine at standstill over yaw misalignment and pitch.
 
-At each point the turbine is in equilibrium with its rotor held, and is linearised there with the states of dynamic
+At each point the turbine is in equilibrium with a locked rotor, and is linearised there with the states of dynamic
 stall.
 
 Reference: docs/theory/simulation.md (M-16b, M-38, M-47).
@@ -44,12 +44,12 @@ class ParkedStability(Brief):
     """Least damped mode of a turbine at standstill over yaw misalignment and pitch.
 
     Attributes:
-      wind: the steady wind; its direction is that of the map.
+      wind: steady wind; the map sets its direction.
       yaw: (n,) [rad] misalignment, the wind's direction relative to the shaft, clockwise from above.
-      pitch: (m,) [rad] of all blades.
+      pitch: (m,) [rad] collective pitch.
       azimuths: [rad] rotor positions; each point of the map has the least damped of their modes.
-      damping: (n, m) ratio to critical; NaN without equilibrium.
-      frequency: (n, m) [rad/s].
+      damping: (n, m) damping ratio; NaN without equilibrium.
+      frequency: (n, m) [rad/s] natural frequency.
       coordinate: (n, m) names of the coordinate with most of the mode's strain energy, without the blade: ``1st edge``;
         of a floating turbine, whose platform has none, with most of the energy (M-47).
       failures: reasons for points without equilibrium, by yaw and pitch [rad].
@@ -76,15 +76,15 @@ def parked_stability(
     options: ModelOptions | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> ParkedStability:
-    """Damping of the least damped mode of a turbine at standstill, with its rotor held, over yaw and pitch.
+    """Damping of the least damped mode of a turbine at standstill with a locked rotor, over yaw and pitch.
 
     Args:
       turbine: a turbine, or a model, whose modes and options are then used as they are.
       yaws: [rad] misalignments, an axis of the map.
-      pitches: [rad] of all blades, its other axis.
+      pitches: [rad] collective pitch, the other axis.
       wind: steady wind; the map sets its direction.
-      azimuths: [rad] rotor positions that are tried at each point.
-      options: of a turbine's model; numbers of modes that they leave open are 4 flapwise, 2 edgewise and 2 torsional.
+      azimuths: [rad] rotor positions evaluated at each point.
+      options: model options; numbers of modes that are not given are 4 flapwise, 2 edgewise and 2 torsional.
       progress: callback with the completed fraction.
 
     Raises:
@@ -99,7 +99,7 @@ def parked_stability(
         raise InputError("parked_stability: yaws, pitches and azimuths need at least one value each")
     locked = model.locked.copy()
     locked[model.coordinates.index("generator")] = 1.0
-    held, weights = replace(model, locked=locked), _stiffness(model)
+    fixed, weights = replace(model, locked=locked), _stiffness(model)
     shape = (len(yaws), len(pitches))
     damping, frequency = np.full(shape, np.nan), np.full(shape, np.nan)
     names = [[""] * shape[1] for _ in range(shape[0])]
@@ -112,7 +112,7 @@ def parked_stability(
                     mode
                     for azimuth in azimuths
                     for mode in linearise(
-                        held, standing_point(held, turned, pitch, azimuth), (), (), azimuth=azimuth
+                        fixed, standing_point(fixed, turned, pitch, azimuth), (), (), azimuth=azimuth
                     ).modes()
                 ]
                 least = min(modes, key=lambda mode: mode.damping)
@@ -130,20 +130,20 @@ def parked_stability(
 
 
 def _stiffness(model: BladedModel) -> dict[str, float]:
-    """Stiffness of each coordinate of tower and blades; none of a floating turbine."""
+    """Stiffness of each coordinate of tower and blades; empty for a floating turbine."""
     if model.turbine.platform is not None:
         return {}
-    found = dict(zip(model.coordinates, np.diag(model.rotor.tower_matrix[1]).tolist(), strict=False))
+    stiffness = dict(zip(model.coordinates, np.diag(model.rotor.tower_matrix[1]).tolist(), strict=False))
     for name, k in zip(model.rotor.blade.names, np.diag(model.rotor.modal[0, 0]), strict=True):
-        found.update({f"blade {b + 1} {name}": float(k) for b in range(model.n_blades)})
-    return found
+        stiffness.update({f"blade {b + 1} {name}": float(k) for b in range(model.n_blades)})
+    return stiffness
 
 
 def _carrier(mode: Mode, stiffness: dict[str, float]) -> str:
     """The coordinate with most of the energy of a mode, summed over the blades.
 
-    Participation factors (M-47) are that energy without damping. Air couples the tower's two first modes, which have
-    nearly one frequency, so strongly that they mistake its direction: what counts there is the motion.
+    Participation factors (M-47) are that energy without damping. Aerodynamic forces couple the first two tower modes,
+    which have nearly equal frequencies, so strongly that the factors indicate the wrong direction: the motion decides.
     """
     energy: dict[str, float] = {}
     for name, x, share in zip(mode.coordinates, mode.shape, mode.energy, strict=True):

@@ -18,11 +18,11 @@ def power_turbine_of(
 ) -> PowerTurbine:
     """Power-coefficient turbine with the rotor, inertia, actuators, yaw drive and control of an aeroelastic one.
 
-    Of the friction of pitch bearings the constant part stays: without blades there is no load on the bearings.
+    Pitch bearings keep only the constant part of their friction: without blades they carry no load.
 
     Args:
-      turbine: aeroelastic.
-      performance: of its rotor; by default that of the rigid rotor as built, with tilt, cone and tower.
+      turbine: aeroelastic turbine.
+      performance: performance of its rotor; by default that of the rigid rotor with tilt, cone and tower.
       flexible_shaft: keep the torsion of the drivetrain; without it, the time step may be ten times as long.
     """
     p = performance or performance_of(turbine)

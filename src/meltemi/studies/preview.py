@@ -46,14 +46,14 @@ def rotor_average(box: WindBox, hub_height: float, radius: float) -> Float:
 
 
 def steady_pitch(model: BladedModel) -> tuple[float, Float]:
-    """First wind speed [m/s], and pitch [rad] of steady operation from there to beyond cut-out, in steps of 1 m/s."""
+    """First wind speed [m/s], and pitch [rad] of steady operation from it to beyond cut-out in steps of 1 m/s."""
     turbine = model.turbine
     speeds = np.arange(turbine.cut_in, turbine.cut_out + 10.0 + 1e-9, SPACING)
     return float(speeds[0]), np.array([operating_point(model, float(u)).pitch for u in speeds])
 
 
 def pitch_lead(model: BladedModel, frequency: float) -> float:
-    """[s] delay of a low-pass of the given corner [rad/s] and of the pitch actuator (C-41)."""
+    """Delay [s] of a low-pass filter with a corner frequency [rad/s] and of the pitch actuator (C-41)."""
     actuator = model.turbine.pitch_actuator
     if actuator.kind == "ideal":
         return 1.0 / frequency
@@ -66,10 +66,10 @@ def preview_of(
     """Preview of a wind box, with a lead time equal to the delays of low-pass filter and pitch actuator.
 
     Args:
-      model: of the turbine.
-      wind: a box; other winds have no average over the rotor.
-      table: from :func:`steady_pitch`, for several winds of one model.
-      frequency: [rad/s] corner of the low-pass filter.
+      model: turbine model.
+      wind: wind box; other winds have no average over the rotor.
+      table: pitch table from :func:`steady_pitch`, for several winds of one model.
+      frequency: [rad/s] corner frequency of the low-pass filter.
 
     Raises:
       InputError: the wind is not a box.
@@ -79,7 +79,7 @@ def preview_of(
     turbine = model.turbine
     first, pitch = table or steady_pitch(model)
     average = rotor_average(wind, turbine.hub_height, turbine.rotor_radius)
-    # plane k passes the tower at box.passing[k]; the rotor stands an overhang upwind of it
+    # plane k passes the tower at box.passing[k]; the rotor is an overhang upwind of it
     passing = wind.passing - turbine.nacelle.overhang / wind.speed
     even = np.interp(wind.dt * np.arange(len(average)), passing, average)
     return Preview(
@@ -94,14 +94,14 @@ def preview_of(
 
 
 @dataclass(frozen=True)
-class Lidar:
-    """How the wind is measured before the rotor; none of the errors by default.
+class LidarErrors:
+    """Errors of wind measurements upwind of the rotor; none by default.
 
     Attributes:
-      frequency: [rad/s] corner of the preview's low-pass.
-      beams: at 0.7 of the radius, of which the mean is taken; 0: the mean over the rotor.
-      decay: [s] of the coherence exp(-decay f) between the wind measured and the wind at the rotor.
-      lost: share of the seconds without measurement, in which the last value is held.
+      frequency: [rad/s] corner frequency of the low-pass filter of the preview.
+      beams: number of beams at 0.7 of the radius that are averaged; 0: the mean over the rotor.
+      decay: [s] decay of the coherence exp(-decay f) between the measured wind and that at the rotor.
+      lost: fraction of seconds without measurement, in which the last value is held.
     """
 
     frequency: float = FREQUENCY
@@ -110,8 +110,8 @@ class Lidar:
     lost: float = 0.0
 
 
-def measured(box: WindBox, model: BladedModel, lidar: Lidar) -> Float:
-    """(T,) [m/s] wind speed at the rotor as a lidar measures it, at the times of a wind box from zero on."""
+def measured(box: WindBox, model: BladedModel, lidar: LidarErrors) -> Float:
+    """(T,) [m/s] wind speed at the rotor as measured by a lidar, at the times of a wind box from zero on."""
     turbine, rng = model.turbine, np.random.default_rng(1)
     u = rotor_average(box, turbine.hub_height, turbine.rotor_radius)
     if lidar.beams:
@@ -128,7 +128,7 @@ def measured(box: WindBox, model: BladedModel, lidar: Lidar) -> Float:
         u = u.mean() + np.fft.irfft(kept * tones + np.sqrt(1.0 - kept**2) * other, len(u))
     if lidar.lost:
         second = np.arange(len(u)) * box.dt // 1.0
-        there = (rng.random(int(second[-1]) + 1) >= lidar.lost)[second.astype(int)]
-        there[0] = True
-        u = u[np.maximum.accumulate(np.where(there, np.arange(len(u)), 0))]
+        available = (rng.random(int(second[-1]) + 1) >= lidar.lost)[second.astype(int)]
+        available[0] = True
+        u = u[np.maximum.accumulate(np.where(available, np.arange(len(u)), 0))]
     return np.interp(box.dt * np.arange(len(u)), box.passing - turbine.nacelle.overhang / box.speed, u)

@@ -1,8 +1,8 @@
-"""States of runs, saved and continued: the rest of a run has the bits of one that was not interrupted.
+"""Saved states of runs: a continued run equals an uninterrupted one bit by bit.
 
-The time loop reads and writes a fixed set of vectors (``Simulation.moving``); all else is made anew from the
-description of the run. A saved state is these vectors, the samples recorded so far, the log of what was done by hand,
-and the identity of everything that must be equal in the run that continues.
+The time loop reads and writes a fixed set of vectors (``Simulation.moving``); everything else is created anew from the
+description of the run. A saved state consists of these vectors, the samples recorded so far, the log of manual actions,
+and the identity of everything that must be equal in the continued run.
 
 The kernels use numbers of these vectors as indices: states of a supervisor, rows of the output. A file is therefore
 read only with the signature of the same user (``core/private.py``), which covers every byte; its counters and constants
@@ -63,18 +63,18 @@ MACHINE = ("physics", "code", "python", "numba", "numpy", "machine", "processor"
 
 
 def save_state(simulation: Simulation, path: str | Path) -> Path:
-    """Save the state of a run, at any time step, also while events act; :func:`restore_state` continues it.
+    """Save the state of a run at any time step, also during events; :func:`restore_state` continues it.
 
     Args:
       simulation: stopped by ``advance`` or ``march``, or at its end.
-      path: of the file, which only the same user can continue.
+      path: file, which only the same user can continue.
 
     Returns:
       The path.
 
     Raises:
-      InputError: the run has failed, or something outside of it has a state of its own, a controller library or the
-        wakes of other turbines; or the file or the user's key cannot be written.
+      InputError: the run has failed, a controller library or the wakes of other turbines have states outside of the
+        run, or the file or the user's key cannot be written.
     """
     case, path = simulation.case, Path(path)
     if case.clock.status != step.OK:
@@ -85,7 +85,7 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
             "saved; compiled controllers and plain functions of the state vector can"
         )
     if len(case.parts) > len(simulation.model.parts) + (simulation.sea is not None):
-        raise InputError(f"{path}: the wakes of other turbines have states of their own, which are not saved")
+        raise InputError(f"{path}: the wakes of other turbines have states that are not saved")
     acted = [[at, asdict(entry)] for at, entry in simulation._acted]
     about = {"format": FORMAT, "identity": _identity(simulation), "machine": _machine(simulation), "acted": acted}
     about["run_seconds"] = simulation.run_seconds
@@ -102,18 +102,18 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
 def restore_state(simulation: Simulation, path: str | Path) -> list[str]:
     """Put a saved state into a new simulation of the same run, which then continues it, with all samples so far.
 
-    The new run may have another duration, and other events after the saved time. Where code and processor are those of
-    the first run, the rest has its bits.
+    The new run may have another duration, and other events after the saved time. With the same code and processor
+    the continued run equals an uninterrupted one bit by bit.
 
     Args:
-      simulation: of the same arguments, before its first step.
-      path: from :func:`save_state`.
+      simulation: simulation with the same arguments, before its first step.
+      path: file of :func:`save_state`.
 
     Returns:
-      What differs in code and machine, so that the rest may differ by rounding.
+      Differences in code and machine, because of which results may differ by rounding.
 
     Raises:
-      InputError: the file is no saved state of this user, or that of another run; the message names what differs.
+      InputError: the file is no saved state of this user, or of another run; the message lists the differences.
     """
     path, case = Path(path), simulation.case
     about, arrays = _read(path)
@@ -147,12 +147,13 @@ def restore_state(simulation: Simulation, path: str | Path) -> list[str]:
     simulation.run_seconds += float(about["run_seconds"])
     then, now = about["machine"], _machine(simulation)
     changed = [f"{key} {then.get(key)} -> {now[key]}" for key in MACHINE if then.get(key) != now[key]]
-    said = "the rest of the run may differ from one that was not interrupted, beginning with rounding"
-    return [f"{path}: saved by another program or computer ({', '.join(changed)}): {said}"] if changed else []
+    consequence = "the rest of the run may differ from one that was not interrupted, beginning with rounding"
+    return [f"{path}: saved by another program or computer ({', '.join(changed)}): {consequence}"] if changed else []
 
 
 def stop_at(simulation: Simulation, time: float) -> None:
-    """Let a run end at a time [s] before its end, as if its duration were shorter; what is made for the duration stays.
+    """Let a run end at an earlier time [s], as if its duration were shorter; quantities that depend on the duration
+    stay.
 
     Raises:
       InputError: the time is not between the present one and the end.
@@ -166,10 +167,10 @@ def stop_at(simulation: Simulation, time: float) -> None:
 
 
 def _identity(simulation: Simulation) -> dict[str, Any]:
-    """What must be equal, as it is in the file."""
+    """Properties that must be equal, in the form in which they are saved."""
     known = describe(simulation)
-    found: dict[str, Any] = json.loads(json.dumps({key: known[key] for key in REMEDIES}, default=str))
-    return found
+    identity: dict[str, Any] = json.loads(json.dumps({key: known[key] for key in REMEDIES}, default=str))
+    return identity
 
 
 def _machine(simulation: Simulation) -> dict[str, Any]:
@@ -182,7 +183,7 @@ def _key() -> Iterator[bytes]:
     """Secret key of the user.
 
     Raises:
-      InputError: it cannot be made or read.
+      InputError: the key cannot be created or read.
     """
     try:
         yield user_key()
@@ -194,19 +195,19 @@ def _counts_fit(simulation: Simulation, acted: bool, arrays: dict[str, NDArray[A
     """Whether counters and constants of a file, which kernels use as indices, are those of the run.
 
     Args:
-      acted: events were given by hand, after which sensors report even in a run without events of its own.
+      acted: events were triggered manually, after which sensors report also in a run without prescribed events.
     """
-    own, rows = simulation.case.clock, simulation.loop.output.shape[1]
+    clock, rows = simulation.case.clock, simulation.loop.output.shape[1]
     by_hand = acted and not len(simulation.case.events)
-    saved, output = type(own)(arrays["clock"]), arrays["output"]
+    saved, output = type(clock)(arrays["clock"]), arrays["output"]
     watch, now = (View(Watch, array) for array in (arrays["watch"], simulation.case["watch"]))
     return (
         saved.step >= 0
-        and saved.row == len(output) <= saved.step // own.every_output + 1
+        and saved.row == len(output) <= saved.step // clock.every_output + 1
         and output.shape[1] == rows
         and saved.next_event == max(len(arrays["past_events"]), by_hand)
         and saved.status == step.OK
-        and all(getattr(saved, name) == getattr(own, name) for name in SETTINGS)
+        and all(getattr(saved, name) == getattr(clock, name) for name in SETTINGS)
         and all(np.array_equal(watch[name], now[name]) for name in CONSTANT)
     )
 
@@ -220,6 +221,6 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
             f"{path}: no state of a run that you saved with `meltemi run --save-state`, or it was changed afterwards; "
             "states of other users, or of a computer with another key of yours, are not read: save it again there"
         )
-    with np.load(BytesIO(content), allow_pickle=False) as found:
-        arrays = {name: found[name] for name in ("about", "past_events", "output", *VECTORS)}
+    with np.load(BytesIO(content), allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in ("about", "past_events", "output", *VECTORS)}
     return json.loads(arrays["about"].tobytes()), arrays

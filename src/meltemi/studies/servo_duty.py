@@ -1,4 +1,4 @@
-"""Duty of a servo drive, such as that of a blade's pitch: travel, starts, revolutions of the bearing, oscillations."""
+"""Duty of a servo drive, such as a pitch drive: travel, starts, revolutions of the bearing, oscillations."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class ServoDuty:
     """Duty of a servo.
 
     Attributes:
-      travel: [rad/s] mean of the size of its rate.
-      starts: [1/s] how often it begins to move.
-      moving: share of the time.
-      oscillation: [rad] range that, once a second, is equivalent to its rainflow cycles, slope 3.
+      travel: [rad/s] mean absolute rate.
+      starts: [1/s] frequency of starts.
+      moving: share of the time in motion.
+      oscillation: [rad] equivalent range of its rainflow cycles at 1 Hz, slope 3.
     """
 
     travel: float
@@ -36,20 +36,20 @@ class ServoDuty:
 
     @property
     def revolutions(self) -> float:
-        """Full turns of the bearing in a year of this."""
+        """Full revolutions of the bearing in a year."""
         return self.travel * YEAR / (2.0 * pi)
 
 
 def servo_duty(result: Result, channel: str = "pitch_1", *, moves: float = MOVES) -> ServoDuty:
-    """Duty of a servo from the angle [rad] that a channel records.
+    """Duty of a servo from the angle [rad] of a channel.
 
     Args:
-      result: of a run, without its initial transient.
-      channel: name.
-      moves: [rad/s] from which it counts as moving.
+      result: result of a run, without its initial transient.
+      channel: name of the channel.
+      moves: [rad/s] threshold of the rate for motion.
 
     Raises:
-      InputError: the result has no such channel, or less than two samples.
+      InputError: the result has no such channel, or fewer than two samples.
     """
     angle, dt = result[channel], float(result.time[1] - result.time[0])
     duration = float(result.time[-1] - result.time[0])

@@ -23,14 +23,14 @@ MOST_DAMPING = 12.0
 """[%] to which the panel of damping reaches; flap modes lie above."""
 
 
-def limit_text(found: Flutter) -> str:
+def limit_text(diagram: Flutter) -> str:
     """The flutter limit as a sentence."""
-    limit = found.limit
+    limit = diagram.limit
     if limit is None:
-        known = found.rotor_speed[np.isfinite(found.least)] * TO_RPM
+        known = diagram.rotor_speed[np.isfinite(diagram.least)] * TO_RPM
         return f"no blade mode is unstable up to {known[-1]:.4g} rpm" if len(known) else "no speed has a result"
     at = f"{limit.rotor_speed * TO_RPM:.4g} rpm"
-    if limit.rotor_speed == found.rotor_speed[0]:
+    if limit.rotor_speed == diagram.rotor_speed[0]:
         at = f"at or below {at}, the lowest of the given speeds"
     if limit.frequency == 0.0:
         return f"limit: {at}, divergence ({limit.mode.participation()})"
@@ -40,30 +40,30 @@ def limit_text(found: Flutter) -> str:
     )
 
 
-def flutter_rows(found: Flutter) -> tuple[list[str], list[list[str]]]:
+def flutter_rows(diagram: Flutter) -> tuple[list[str], list[list[str]]]:
     """Header and rows of the modes over rotor speed, one per mode and speed."""
     head = ["mode", "wind m/s", "rotor rpm", "pitch deg", "frequency Hz", "damping %"]
-    where = [number(found.wind_speed), number(math.degrees(found.pitch))]
+    where = [number(diagram.wind_speed), number(math.degrees(diagram.pitch))]
     rows = [
         [label, where[0], number(float(speed) * TO_RPM), where[1], number(f / (2.0 * math.pi)), number(100.0 * d)]
-        for label, frequency, damping in zip(found.labels, found.frequency, found.damping, strict=True)
-        for speed, f, d in zip(found.rotor_speed, frequency, damping, strict=True)
+        for label, frequency, damping in zip(diagram.labels, diagram.frequency, diagram.damping, strict=True)
+        for speed, f, d in zip(diagram.rotor_speed, frequency, damping, strict=True)
     ]
-    for speed, least in zip(found.rotor_speed, found.least, strict=True):
+    for speed, least in zip(diagram.rotor_speed, diagram.least, strict=True):
         rows.append([LEAST, where[0], number(float(speed) * TO_RPM), where[1], "-", number(100.0 * float(least))])
     return head, rows
 
 
-def plot_flutter(found: Flutter, name: str = "") -> Figure:
+def plot_flutter(diagram: Flutter, name: str = "") -> Figure:
     """Plot frequency and damping of the modes over rotor speed, and the flutter limit."""
-    rpm = found.rotor_speed * TO_RPM
+    rpm = diagram.rotor_speed * TO_RPM
     figure, axes = new_figure(1, 2, size=(12.0, 7.0))
-    frequency, damping = found.frequency / (2.0 * math.pi), 100.0 * found.damping
-    for j, label in enumerate(found.labels):
+    frequency, damping = diagram.frequency / (2.0 * math.pi), 100.0 * diagram.damping
+    for j, label in enumerate(diagram.labels):
         look = curve(j) | {"markersize": 4.0, "linewidth": 1.0}
         axes[0, 0].plot(rpm, frequency[j], label=label, **look)
         axes[0, 1].plot(rpm, damping[j], label=label, **look)
-    least = 100.0 * found.least
+    least = 100.0 * diagram.least
     axes[0, 1].plot(rpm, least, color=INK, linewidth=2.0, marker="o" if len(rpm) == 1 else None, label=LEAST)
     axes[0, 0].set_ylim(bottom=0.0)
     low = float(np.nanmin([*damping.ravel(), *least], initial=-1.0))
@@ -72,19 +72,19 @@ def plot_flutter(found: Flutter, name: str = "") -> Figure:
     titles = (("natural frequency, fixed frame", "Hz"), (f"damping ratio (to {MOST_DAMPING:g} %)", "%"))
     for ax, (what, unit) in zip(axes[0], titles, strict=True):
         panel(ax, what, unit, "rotor speed [rpm]")
-        if found.limit is not None:
-            at = found.limit.rotor_speed * TO_RPM
+        if diagram.limit is not None:
+            at = diagram.limit.rotor_speed * TO_RPM
             ax.axvspan(at, max(rpm[-1], at), color=COLOURS[1], alpha=0.12, linewidth=0.0, zorder=0)
             ax.axvline(at, color=FAINT, linewidth=1.0, linestyle="--")
-    if found.limit is not None:
-        at = found.limit.rotor_speed * TO_RPM
+    if diagram.limit is not None:
+        at = diagram.limit.rotor_speed * TO_RPM
         note(axes[0, 1], f"limit {at:.2f} rpm", (at, 0.02), (-5, 0), ha="right", fontsize=9, **ON_TOP)
     for ax in axes[0]:
         name_curves(ax)
     of = f"{name}: " if name else ""
     figure_title(
         figure,
-        f"{of}stability over rotor speed, wind {found.wind_speed:g} m/s, pitch {math.degrees(found.pitch):.3g} deg",
+        f"{of}stability over rotor speed, wind {diagram.wind_speed:g} m/s, pitch {math.degrees(diagram.pitch):.3g} deg",
     )
     return figure
 
@@ -95,44 +95,44 @@ LINEAR = 0.1
 """[%] damping up to which the colour scale of a map is linear; it is logarithmic beyond, as damping is mostly small."""
 
 
-def parked_rows(found: ParkedStability) -> tuple[list[str], list[list[str]]]:
+def parked_rows(stability: ParkedStability) -> tuple[list[str], list[list[str]]]:
     """Header and rows of the least damped mode at standstill, one per yaw and pitch."""
     head = ["wind m/s", "yaw deg", "pitch deg", "damping %", "frequency Hz", "mode"]
-    speed = number(found.wind.speed)
+    speed = number(stability.wind.speed)
     rows = [
         [
-            *(speed, number(math.degrees(yaw)), number(math.degrees(pitch)), number(100.0 * found.damping[i, j])),
-            *(number(found.frequency[i, j] / (2.0 * math.pi)), found.coordinate[i][j] or "-"),
+            *(speed, number(math.degrees(yaw)), number(math.degrees(pitch)), number(100.0 * stability.damping[i, j])),
+            *(number(stability.frequency[i, j] / (2.0 * math.pi)), stability.coordinate[i][j] or "-"),
         ]
-        for i, yaw in enumerate(found.yaw)
-        for j, pitch in enumerate(found.pitch)
+        for i, yaw in enumerate(stability.yaw)
+        for j, pitch in enumerate(stability.pitch)
     ]
     return head, rows
 
 
-def plot_parked(found: ParkedStability, name: str = "") -> Figure:
+def plot_parked(stability: ParkedStability, name: str = "") -> Figure:
     """Map of the smallest damping ratio at standstill over yaw and pitch; letters name the unstable modes."""
     from matplotlib.colors import LinearSegmentedColormap, SymLogNorm
 
     from meltemi.report.figure import MINUS
 
-    figure, axes = new_figure(1, 1, size=(11.0, 1.6 + 0.5 * max(len(found.pitch), 4)))
+    figure, axes = new_figure(1, 1, size=(11.0, 1.6 + 0.5 * max(len(stability.pitch), 4)))
     ax = axes[0, 0]
     scale = LinearSegmentedColormap.from_list("damping", DIVERGING).with_extremes(bad=FAINT)
-    yaw, pitch = np.degrees(found.yaw), np.degrees(found.pitch)
+    yaw, pitch = np.degrees(stability.yaw), np.degrees(stability.pitch)
     image = ax.pcolormesh(
         np.arange(len(yaw) + 1.0) - 0.5,
         np.arange(len(pitch) + 1.0) - 0.5,
-        100.0 * found.damping.T,
+        100.0 * stability.damping.T,
         cmap=scale,
         norm=SymLogNorm(LINEAR, linscale=0.5, vmin=-MOST_GROWTH, vmax=MOST_GROWTH),
     )
     for i in range(len(yaw)):
         for j in range(len(pitch)):
-            if found.damping[i, j] < 0.0:
-                kind = found.coordinate[i][j]
+            if stability.damping[i, j] < 0.0:
+                kind = stability.coordinate[i][j]
                 letter = next((word[0].upper() for word in ("flap", "edge", "torsion") if word in kind), "o")
-                colour = INK if 100.0 * found.damping[i, j] > -0.4 * MOST_GROWTH else "white"
+                colour = INK if 100.0 * stability.damping[i, j] > -0.4 * MOST_GROWTH else "white"
                 ax.text(i, j, letter, fontsize=8, color=colour, ha="center", va="center")
     every = max(1, round(len(yaw) / 18))
     ax.set_xticks(range(0, len(yaw), every), [f"{angle:.4g}" for angle in yaw[::every]])
@@ -145,5 +145,5 @@ def plot_parked(found: ParkedStability, name: str = "") -> Figure:
     bar.set_ticks(levels, labels=[f"{level:g}".replace("-", MINUS) for level in levels])
     bar.minorticks_off()
     heading(ax, "unstable: F flapwise, E edgewise, T torsion, o other")
-    figure_title(figure, f"{name} at standstill, wind {found.wind.speed:g} m/s")
+    figure_title(figure, f"{name} at standstill, wind {stability.wind.speed:g} m/s")
     return figure

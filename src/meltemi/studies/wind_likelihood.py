@@ -1,10 +1,11 @@
 """The wind in which changes of loads are most likely: intensity and length scale by maximum likelihood.
 
-The logarithms of load ratios in a minute, x, are taken as normal. With a and b the logarithms of intensity and length,
+The logarithms x of load ratios in a minute are assumed to be normal. With a and b the logarithms of intensity and
+length,
 
     x ~ N(m, h C),   m = B (1, a, b, a^2, a b, b^2),   ln h = g (1, a, b)
 
-B, g and C are fitted to the minutes of all simulated winds, which have different seeds, by weighted least squares; g
+B, g and C are fitted to the minutes of all simulated winds, with different seeds, by weighted least squares; g
 from the logarithms of the distances e' C^-1 e, of which residuals e of n normal variables have the mean psi(n/2)
 + ln 2.
 Stated changes y then have the likelihood N(y; m, h C), a function of a and b. Intervals are those of the profile
@@ -38,10 +39,10 @@ class Minutes:
     """Minutes in a wind.
 
     Attributes:
-      name: of the wind.
-      intensity, length: over those of the edition.
-      seeds: (n,) of the minutes.
-      begin: (n,) [s].
+      name: name of the wind.
+      intensity, length: turbulence intensity and length scale over those of the edition.
+      seeds: (n,) seeds of the minutes.
+      begin: (n,) [s] begin of the minutes.
       changes: (n, 8) logarithms of the ratios to CPC.
     """
 
@@ -58,12 +59,12 @@ class WindEstimate:
     """Likelihood of stated changes over the wind.
 
     Attributes:
-      score: (intensities, lengths) logarithm of the likelihood, zero at its largest.
-      at: indices of the largest.
-      mean, scatter: (8,) in the most likely wind, logarithms.
-      probability: of a minute as far from the mean there.
+      score: (intensities, lengths) logarithm of the likelihood, zero at its maximum.
+      at: indices of the maximum.
+      mean, scatter: (8,) mean and scatter in the most likely wind, logarithms.
+      probability: probability of a minute at least as far from the mean in this wind.
       nearest: wind, seed and begin [s] of the nearest minute.
-      nearest_changes: (8,) its logarithms.
+      nearest_changes: (8,) logarithms of its changes.
     """
 
     score: Float = field(repr=False)
@@ -81,7 +82,7 @@ class WindEstimate:
         return float(values[self.at[axis]]), float(inside[0]), float(inside[-1])
 
     def ratio(self, intensity: float, length: float) -> float:
-        """Likelihood of a wind over the largest."""
+        """Likelihood of a wind over the maximum."""
         i, j = np.abs(INTENSITIES - intensity).argmin(), np.abs(LENGTHS - length).argmin()
         return float(np.exp(self.score[i, j]))
 
@@ -101,10 +102,10 @@ def estimate_wind(cells: Sequence[Minutes], stated: Float) -> WindEstimate:
 
     Args:
       cells: minutes in several winds.
-      stated: (8,) [%].
+      stated: (8,) [%] stated changes.
 
     Raises:
-      InputError: too few minutes.
+      InputError: the number of minutes is too small.
     """
     x = np.concatenate([cell.changes for cell in cells])
     if len(x) < FEWEST:

@@ -1,19 +1,19 @@
 """Parts of a year of wind at 1 s: exceedances of the yaw-error threshold, and energy of each strategy.
 
-The yaw control and the threshold of the supervisor run at 1 Hz in a wind made for it; the turbine is its steady power
-curve. Directions change for four reasons:
+The yaw control and the threshold of the supervisor run at 1 Hz in a synthetic wind; the turbine is represented by its
+steady power curve. Directions change for four reasons:
 
 * turbulence: lateral velocities of 0.8 of the longitudinal ones, with the length scales of IEC 61400-1 and the
   intensity of the site at that wind speed;
-* meandering: lateral velocities of 0.6 m/s over twenty minutes whatever the wind speed, so that light winds turn most
+* meandering: lateral velocities of 0.6 m/s over twenty minutes at any wind speed, so that light winds turn most
   (after Mahrt 2011, J. Appl. Meteorol. Climatol. 50, 144-152);
 * weather: the mean direction drifts within a day;
 * fronts: fast turns of 30 to 120 degrees within 10 to 60 s, with a rise of up to 15 m/s that fades within ten minutes.
-  There are no statistics of them; their number a year is varied.
+  No statistics are available; their number per year is varied.
 
 The mean wind has a Rayleigh distribution and changes within hours.
 
-The functions are compiled anew in every process: the cache of kernels does not look at studies.
+The functions are compiled anew in every process: the kernel cache does not include studies.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ class WindSite:
     """Wind of a site at hub height.
 
     Attributes:
-      mean: [m/s] of a year.
-      speed, intensity: (n,) [m/s], [-] turbulence intensity over the wind speed.
+      mean: [m/s] annual mean.
+      speed, intensity: (n,) [m/s], [-] turbulence intensity over wind speed.
     """
 
     mean: float
@@ -76,18 +76,18 @@ class WindSite:
 
 
 @dataclass(frozen=True)
-class Year:
-    """Results of a strategy in a part of a year, all of them a year.
+class StrategyYear:
+    """Results of a strategy in a part of a year, extrapolated to a year.
 
     Attributes:
-      strategy: its name.
-      fronts: their number.
-      seed: of the wind.
-      energy: [J] produced.
-      stopped: [J] that S1 produces in the same wind.
-      exceeded: how often the threshold was passed in production.
-      derates, stops: how often.
-      down: [s] after stops.
+      strategy: name of the strategy.
+      fronts: number of fronts.
+      seed: seed of the wind.
+      energy: [J] produced energy.
+      stopped: [J] energy produced by S1 in the same wind.
+      exceeded: number of exceedances of the threshold in production.
+      derates, stops: numbers of deratings and stops.
+      down: [s] downtime after stops.
     """
 
     strategy: str
@@ -102,7 +102,7 @@ class Year:
 
     @property
     def available(self) -> float:
-        """Share of the year without the time after stops."""
+        """Share of the year without downtime after stops."""
         return 1.0 - self.down / YEAR
 
 
@@ -111,9 +111,9 @@ class PowerCurve:
     """Steady electrical power.
 
     Attributes:
-      speed, power: [m/s], [W] up to rated.
-      cut_in, cut_out: [m/s].
-      rated: [W].
+      speed, power: [m/s], [W] curve up to rated power.
+      cut_in, cut_out: [m/s] cut-in and cut-out wind speed.
+      rated: [W] rated power.
     """
 
     speed: Float
@@ -130,7 +130,7 @@ def power_curve(model: BladedModel) -> PowerCurve:
     for speed in np.arange(math.ceil(turbine.cut_in + 0.5), turbine.cut_out, 0.75):
         point = attempt(f"power curve at {speed:g} m/s", operating_point, model, float(speed))
         if isinstance(point, FailedResult):
-            continue  # its neighbours stand for it
+            continue  # interpolated from its neighbours
         speeds.append(float(speed))
         powers.append(point["generator_power"])
         if powers[-1] > 0.999 * turbine.rated_power:
@@ -155,7 +155,7 @@ def uniform(count: int, stream: int, seed: int) -> float:
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
 def course(x: float, time: float, number: float) -> float:
-    """Next value, after 1 s, of a Gaussian process with unit variance and exponential autocorrelation [s]."""
+    """Next value, after 1 s, of a Gaussian process with unit variance and exponential autocorrelation of a time [s]."""
     a = math.exp(-1.0 / time)
     return a * x + math.sqrt(1.0 - a * a) * number
 
@@ -177,17 +177,17 @@ def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
     recheck: float,
     yaw: YawControlState,
     measured_now: Measurements,
-    found: Float,
+    totals: Float,
 ) -> None:
     """Simulate the year second by second.
 
     Args:
-      fronts: a second.
-      strategy: 0 ignore, 1 stop, 2 derate and look again.
+      fronts: rate of fronts per second.
+      strategy: 0 ignore, 1 stop, 2 derate and recheck.
       base: law and base points of the threshold.
       yaw: settings of the yaw control.
-      measured_now: by the sensors.
-      found: gets energy [J], passes, derates, stops, seconds down.
+      measured_now: present measurements of the sensors.
+      totals: output: energy [J], exceedances, deratings, stops, downtime [s].
     """
     ring = np.full(WINDOW, mean_wind)
     mean, drift, along, across, meander = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -230,13 +230,13 @@ def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
             power = np.interp(wind * facing ** (COSINE / 3.0), curve_speed, curve_power) if facing > 0.0 else 0.0
         producing = total / WINDOW >= curve_speed[0]
         if state == 0 and over and producing:
-            found[1] += 1.0
+            totals[1] += 1.0
             if strategy == 1:
                 state, timer = 2, 0.0
-                found[3] += 1.0
+                totals[3] += 1.0
             elif strategy == 2:
                 state, timer = 1, 0.0
-                found[2] += 1.0
+                totals[2] += 1.0
             else:
                 state = 3
         elif state == 3 and not over:
@@ -246,14 +246,14 @@ def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
             power = min(power, power_limit)
             if timer >= recheck:
                 state, timer = (2 if over else 0), 0.0
-                found[3] += 1.0 if over else 0.0
+                totals[3] += 1.0 if over else 0.0
         elif state == 2:
             timer += 1.0
             power = 0.0
-            found[4] += 1.0
+            totals[4] += 1.0
             if timer >= DOWN_TIME and not over:
                 state = 0
-        found[0] += power
+        totals[0] += power
 
 
 def a_year(
@@ -266,16 +266,16 @@ def a_year(
     fronts: Sequence[int] = FRONTS,
     seeds: Sequence[int] = (1, 2, 3, 4),
     workers: int | None = None,
-) -> tuple[Year, ...]:
-    """Results of all strategies and numbers of fronts a year, by seed in the same wind.
+) -> tuple[StrategyYear, ...]:
+    """Results of all strategies and numbers of fronts per year, by seed in the same wind.
 
     Args:
-      ours: base points beside those of Wang et al. (2021), whose S1 has the stepwise threshold.
-      site: its wind.
-      days: of each part.
-      fronts: a year.
+      ours: base points in addition to those of Wang et al. (2021), whose S1 has the stepwise threshold.
+      site: wind of the site.
+      days: days of each part.
+      fronts: numbers of fronts per year.
       seeds: one for each part.
-      workers: threads.
+      workers: number of threads.
     """
     paper = YawProtection()
     first = (paper.wind_speeds, paper.thresholds)
@@ -313,8 +313,10 @@ def a_year(
     year = 365.0 / days
     keys = [(number, seed, name) for number in fronts for seed in seeds for name in kinds]
     with ThreadPoolExecutor(workers or available_cores()) as pool:
-        found = dict(zip(keys, (year * each for each in pool.map(lambda key: one(*key), keys)), strict=True))
+        results = dict(zip(keys, (year * each for each in pool.map(lambda key: one(*key), keys)), strict=True))
     return tuple(
-        Year(name, number, seed, float(values[0]), float(found[number, seed, "S1"][0]), *map(float, values[1:]))
-        for (number, seed, name), values in found.items()
+        StrategyYear(
+            name, number, seed, float(values[0]), float(results[number, seed, "S1"][0]), *map(float, values[1:])
+        )
+        for (number, seed, name), values in results.items()
     )

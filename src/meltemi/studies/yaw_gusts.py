@@ -1,7 +1,7 @@
 """Energy, stops and loads of each strategy over thousands of gusts with direction change.
 
-Over rise, rise time, direction change and speed of the gust, seeds of turbulence, yaw rate and recheck time. A turbine
-that was stopped is down for a given time after its run ends; the energy that it misses then is counted.
+The grid varies rise, rise time, direction change and speed of the gust, turbulence seeds, yaw rate and recheck time. A
+stopped turbine has a given downtime after the end of its run; the energy lost in this time is included.
 """
 
 from __future__ import annotations
@@ -53,17 +53,17 @@ STOP_RATE = 0.1
 
 
 def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:
-    """The turbine with another yaw drive [rad/s]."""
+    """The turbine with another yaw rate [rad/s]."""
     return turbine.replace(**{"yaw.rate": rate})
 
 
 def strategy(
     turbine: Turbine, protection: YawProtection, yaw: YawControl | None = None, stop_rate: float = STOP_RATE
 ) -> Controller:
-    """Supervisor with yaw control, a strategy of yaw protection, and a pitch rate [rad/s] in stops."""
+    """Supervisory controller with yaw control, a strategy of yaw protection, and a pitch rate [rad/s] in stops."""
     actuator = turbine.pitch_actuator
     rate = stop_rate if actuator.kind == "ideal" else min(stop_rate, actuator.rate_limit)
-    # limits of the speed wide enough for the strategies to act alone: at 60 degrees it swings by up to 17 %
+    # speed limits wide enough that only the strategies act: at 60 degrees the speed varies by up to 17 %
     settings = Supervision(over_speed=1.25, trip_speed=1.3, normal_rate=rate)
     return SupervisedController(turbine, settings, yaw=yaw or YawControl(), protection=protection)
 
@@ -78,16 +78,16 @@ def coherent_gust(
     begin: float = BEGIN,
     sign: Sign = 1,
 ) -> WindSeries:
-    """Coherent gust with direction change of IEC 61400-1, which rises within another time.
+    """Coherent gust with direction change of IEC 61400-1 with another rise time.
 
     Args:
-      turbine: whose hub height counts.
-      speed: [m/s] before the gust.
-      rise: [m/s] of the speed.
-      change: [rad] of the direction; by default that of the standard.
-      time: [s] in which both change; 10 s in the standard.
-      begin: [s] of the gust.
-      sign: of the change, 1 clockwise from above.
+      turbine: turbine, for its hub height.
+      speed: [m/s] wind speed before the gust.
+      rise: [m/s] rise of the speed.
+      change: [rad] change of the direction; by default that of the standard.
+      time: [s] rise time of both; 10 s in the standard.
+      begin: [s] begin of the gust.
+      sign: sign of the direction change, 1 clockwise from above.
     """
     gust = ecd(turbine, speed, gust=rise, change=change, begin=begin, sign=sign)
     if time == RISE_TIME:
@@ -102,19 +102,19 @@ def transitions(result: Result, to: str) -> list[LogEntry]:
 
 
 @dataclass(frozen=True)
-class Grid:
+class GustGrid:
     """Parameters of the gusts and strategies.
 
     Attributes:
-      speeds: [m/s] before the gust.
-      rises: [m/s] of the gust.
-      changes: [rad] of the direction.
-      times: [s] in which speed and direction change: the standard's, and that of Wang et al. (2021).
-      signs: of the direction change, 1 clockwise from above.
-      seeds: of turbulence.
-      yaw_rates: [rad/s].
-      rechecks: [s] of the derating strategy.
-      length: [s] of a run.
+      speeds: [m/s] wind speeds before the gust.
+      rises: [m/s] rises of the wind speed.
+      changes: [rad] changes of the direction.
+      times: [s] rise times: that of the standard, and that of Wang et al. (2021).
+      signs: signs of the direction change, 1 clockwise from above.
+      seeds: turbulence seeds.
+      yaw_rates: [rad/s] yaw rates.
+      rechecks: [s] recheck times of the derating strategy.
+      length: [s] duration of a run.
     """
 
     speeds: tuple[float, ...] = (7.0, 10.67)
@@ -136,14 +136,14 @@ class Grid:
         return len(list(self.winds())) * len(self.yaw_rates) * (2 + len(self.rechecks))
 
 
-QUICK = Grid(
+QUICK = GustGrid(
     (10.67,),
     (14.33,),
     (0.8, 1.2),
     times=(20.0,),
     signs=(1,),
     seeds=(1,),
-    yaw_rates=Grid.yaw_rates[::2],
+    yaw_rates=GustGrid.yaw_rates[::2],
     rechecks=(30.0, 90.0),
 )
 OURS = "S2 ours"
@@ -151,42 +151,44 @@ OURS = "S2 ours"
 
 
 @dataclass(frozen=True)
-class Found:
-    """Results, one row for each run.
+class GustResults:
+    """Results over a grid of gusts, one row for each run.
 
     Attributes:
-      grid: what was varied.
+      grid: varied parameters.
       rows: columns speed, rise, change, time, sign, seed, yaw_rate, strategy, recheck, energy [J] from the begin of
         the gust to ``DOWN`` after it, stops, derates, and (load, "extreme" | "fatigue").
     """
 
-    grid: Grid
+    grid: GustGrid
     rows: pd.DataFrame = field(repr=False)
 
 
 def run_grid(
     turbine: Turbine,
-    grid: Grid,
+    grid: GustGrid,
     base_points: BasePoints | None = None,
     *,
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
-) -> Found:
+) -> GustResults:
     """Run all gusts of a grid.
 
     Args:
-      base_points: of a further strategy, which derates as the second one with the longest recheck time.
+      base_points: base points of a further strategy, which derates like S2 with the longest recheck time.
 
     Raises:
-      FailedResultError: no run reached its end.
+      FailedResultError: all runs failed.
     """
     import pandas as pd
 
     keys: dict[str, dict[str, Any]] = {}
-    found = cells(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
-    survivors(found)
-    rows = [key | value for key, value in zip(keys.values(), found, strict=True) if not isinstance(value, FailedResult)]
-    return Found(grid, pd.DataFrame(rows))
+    results = cells(_Cases(turbine, grid, base_points, keys), reduce=reduced, workers=workers, progress=progress)
+    survivors(results)
+    rows = [
+        key | value for key, value in zip(keys.values(), results, strict=True) if not isinstance(value, FailedResult)
+    ]
+    return GustResults(grid, pd.DataFrame(rows))
 
 
 def strategies(
@@ -194,10 +196,10 @@ def strategies(
 ) -> list[tuple[str, float, YawProtection]]:
     """Names, recheck times [s] and settings of the strategies.
 
-    S1 has the stepwise threshold, as Wang et al. (2021) have it before their optimisation; with base points there is a
-    further strategy, which derates as S2 with the longest recheck time.
+    S1 has the stepwise threshold of Wang et al. (2021) before their optimisation; base points add a further strategy,
+    which derates like S2 with the longest recheck time.
     """
-    found = [
+    settings = [
         ("S1", 0.0, YawProtection(strategy="stop", law="stepwise")),
         ("S3", 0.0, YawProtection(strategy="ignore")),
         *(("S2", time, YawProtection(strategy="derate", recheck_time=time)) for time in rechecks),
@@ -205,15 +207,15 @@ def strategies(
     if base_points is not None:
         c, b = base_points
         ours = YawProtection(strategy="derate", recheck_time=rechecks[-1], wind_speeds=c, thresholds=b)
-        found.append((OURS, rechecks[-1], ours))
-    return found
+        settings.append((OURS, rechecks[-1], ours))
+    return settings
 
 
 class _Cases:
     """Cases in sequence; those in the same wind are consecutive."""
 
     def __init__(
-        self, turbine: Turbine, grid: Grid, base_points: BasePoints | None, keys: dict[str, dict[str, Any]]
+        self, turbine: Turbine, grid: GustGrid, base_points: BasePoints | None, keys: dict[str, dict[str, Any]]
     ) -> None:
         self.turbine, self.grid, self.keys = turbine, grid, keys
         self.strategies = strategies(grid.rechecks, base_points)
@@ -270,10 +272,10 @@ class _Cases:
 
 
 def reduced(result: Result) -> dict[str, Any]:
-    """Results of a run that are kept."""
+    """Evaluated results of a run."""
     power, dt = result["generator_power"], float(result.time[1] - result.time[0])
     stopped = bool(transitions(result, "stop"))
-    # after the run a stopped turbine stays down, another goes on with its last half minute's power
+    # after the run a stopped turbine stays down, another continues with the power of its last half minute
     last = 0.0 if stopped else float(power[-round(30.0 / dt) :].mean())
     row: dict[str, Any] = {
         "energy": float(power.sum() * dt) + last * DOWN,

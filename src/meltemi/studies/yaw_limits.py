@@ -1,9 +1,9 @@
 """The yaw error that load limits allow at each wind speed: base points of the yaw protection.
 
-The turbine produces in normal turbulence with its nacelle held at a yaw error of either sign. The limits are those of
-the user; or what the machine must stand anyway: the largest load of extreme turbulence with the wind within the dead
-band of the yaw control, and a tenth more, because few runs of minutes stand for hours. The tip clearance is judged as
-the deflection towards the tower that takes it up, and no limit lets the tip touch the tower.
+The turbine produces in normal turbulence with its nacelle fixed at a yaw error of either sign. The limits are those of
+the user; or the loads for which the turbine is designed anyway: the largest load in extreme turbulence with the wind
+within the dead band of the yaw control, plus a tenth, because few runs of minutes represent hours. The tip clearance is
+evaluated as the deflection towards the tower that uses it up, and no limit lets the tip touch the tower.
 
 Reference: docs/guide/yaw-limits.md; the law between base points is that of Wang et al. (2021).
 """
@@ -61,11 +61,11 @@ class YawLimits:
     """Loads over wind speed and yaw error.
 
     Attributes:
-      speeds: (S,) [m/s].
-      errors: (E,) [rad] sizes of the yaw error, ascending.
+      speeds: (S,) [m/s] wind speeds.
+      errors: (E,) [rad] absolute yaw errors, ascending.
       loads: by name (S, E, 2), largest over seeds, for an error of positive and of negative sign, in the unit of
-        ``UNITS``; of the tip clearance what the deflection takes of it.
-      limit: by name, in the same unit.
+        ``UNITS``; for the tip clearance its reduction by the deflection.
+      limit: limits by name, in the same unit.
       undeflected: [m] tip clearance of the undeflected rotor.
     """
 
@@ -87,32 +87,32 @@ class YawLimits:
 
     def governing(self) -> list[str]:
         """Load with the largest use at each wind speed up to the first error beyond the limits, and that error."""
-        found = []
+        governing = []
         for i, use in enumerate(self.use):
             over = np.flatnonzero(use > 1.0)
             last = over[0] + 1 if len(over) else len(use)
             ratios = {name: self.loads[name][i, :last] / limit for name, limit in self.limit.items()}
             name = max(ratios, key=lambda key: float(ratios[key].max()))
             j, k = np.unravel_index(np.argmax(ratios[name]), ratios[name].shape)
-            found.append(
+            governing.append(
                 f"{name}, {'-+'[int(k == 0)] if self.errors[j] > 0.0 else ''}{np.degrees(self.errors[j]):.0f} deg"
             )
-        return found
+        return governing
 
     def allowed(self) -> Float:
         """(S,) [rad] largest yaw error within all limits, interpolated linearly; non-increasing with wind speed."""
-        found = []
+        allowed = []
         for use in self.use:
             over = np.flatnonzero(use > 1.0)
             if not len(over):
-                found.append(self.errors[-1])
+                allowed.append(self.errors[-1])
             elif over[0] == 0:
-                found.append(0.0)
+                allowed.append(0.0)
             else:
                 k = over[0]
                 share = (1.0 - use[k - 1]) / (use[k] - use[k - 1])
-                found.append(self.errors[k - 1] + share * (self.errors[k] - self.errors[k - 1]))
-        return np.minimum.accumulate(np.array(found))
+                allowed.append(self.errors[k - 1] + share * (self.errors[k] - self.errors[k - 1]))
+        return np.minimum.accumulate(np.array(allowed))
 
     @property
     def base_points(self) -> BasePoints:
@@ -121,7 +121,7 @@ class YawLimits:
 
 
 def speeds_between(cut_in: float, cut_out: float) -> Float:
-    """(7,) [m/s] whole numbers of wind speeds up to cut-out, from two above cut-in."""
+    """(7,) [m/s] integer wind speeds from two above cut-in to cut-out."""
     return np.unique(np.round(np.linspace(cut_in + 2.0, cut_out, N_SPEEDS)))
 
 
@@ -138,26 +138,27 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> YawLimits:
-    """Simulate production at yaw errors; and extreme turbulence without, unless there are limits.
+    """Simulate production at yaw errors and, unless limits are given, extreme turbulence without yaw error.
 
-    A run that cannot begin or does not reach its end counts as an infinite load at its yaw error; the limit is that of
-    the others. Errors at which the wind does not turn the rotor have no load.
+    A run that cannot start or fails counts as an infinite load at its yaw error; the limit is that of the other runs.
+    Errors at which the wind does not drive the rotor have no load.
 
     Args:
-      model: with its yaw held.
-      seeds: of the turbulence.
-      wind_class: of IEC 61400-1.
-      speeds: [m/s]; by default seven from cut-in to cut-out.
-      errors: [rad] sizes of the yaw error, ascending.
-      limit: by name of ``UNITS``, in its unit; only these are judged. That of the tip clearance is the least one.
+      model: turbine model with fixed yaw.
+      seeds: turbulence seeds.
+      wind_class: wind class of IEC 61400-1.
+      speeds: [m/s] wind speeds; by default seven from cut-in to cut-out.
+      errors: [rad] absolute yaw errors, ascending.
+      limit: limits by name of ``UNITS``, in its unit; only these are evaluated. For the tip clearance it is the
+        smallest one.
       allowance: factor on the largest load in extreme turbulence.
-      length: [s] judged of each run.
-      workers: threads.
+      length: [s] evaluated length of each run.
+      workers: number of threads.
       progress: callback with the completed fraction.
 
     Raises:
-      InputError: no such load, or a limit that is not positive.
-      FailedResultError: no run in extreme turbulence reached its end.
+      InputError: a load is unknown, or a limit is not positive.
+      FailedResultError: all runs in extreme turbulence failed.
     """
     for name, value in (limit or {}).items():
         if name not in UNITS:
@@ -185,14 +186,14 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
         part = result.between(LEAD, np.inf)
         return {name: axis - float(part[CLEARANCE].min()) if name == TIP else extreme(part, name) for name in judged}
 
-    found = cells(cases, reduce=peaks, workers=workers, progress=progress)
-    extremes = [peak for (kind, *_), peak in zip(keys, found, strict=True) if kind == "etm"]
+    results = cells(cases, reduce=peaks, workers=workers, progress=progress)
+    extremes = [peak for (kind, *_), peak in zip(keys, results, strict=True) if kind == "etm"]
     if limit is None:
         limit = {name: allowance * max(peak[name] for peak in survivors(extremes)) for name in judged}
-        # a tip that bends away from the tower, as that of a downwind rotor, has all of its clearance
+        # a tip that deflects away from the tower, as of a downwind rotor, keeps its full clearance
         limit[TIP] = min(limit[TIP], undeflected) if limit[TIP] > 0.0 else undeflected
     loads = {name: np.zeros((len(speeds), len(errors), 2)) for name in judged}
-    for (kind, speed, angle, _), peak in zip(keys, found, strict=True):
+    for (kind, speed, angle, _), peak in zip(keys, results, strict=True):
         if kind == "ntm":
             j = int(np.argmin(np.abs(np.array(errors) - abs(angle))))
             sides = slice(None) if angle == 0.0 else int(angle < 0.0)
@@ -203,13 +204,13 @@ def find_limits(  # noqa: PLR0913 - options of a study, each with a default
 
 
 def _tower_radius(turbine: Turbine) -> float:
-    """[m] of the tower at the height of the lowest tip of the undeflected rotor."""
+    """Radius [m] of the tower at the height of the lowest tip of the undeflected rotor."""
     low = turbine.hub_height - turbine.rotor_radius - turbine.tower.base_height
     return 0.5 * float(np.interp(low, turbine.tower.position, turbine.tower.diameter))
 
 
 def cases_in_turbulence(model: BladedModel, keys: Sequence[Key], wind_class: str, duration: float) -> list[Run]:
-    """Runs of model of the turbulence, wind speed [m/s], yaw error [rad] and seed."""
+    """Runs for keys of turbulence model, wind speed [m/s], yaw error [rad] and seed."""
     starts = {
         (v, e): attempt(
             f"steady operation at {v:g} m/s, {np.degrees(e):g} deg", operating_point, model, nwp(v, direction=e)
@@ -229,39 +230,39 @@ def cases_in_turbulence(model: BladedModel, keys: Sequence[Key], wind_class: str
     ]
 
 
-def limit_rows(found: YawLimits) -> tuple[list[str], list[list[str]]]:
-    """Header and rows: the largest load over its limit by wind speed and yaw error, base points, and what governs."""
-    head = ["wind m/s", *(f"{np.degrees(e):.0f} deg" for e in found.errors), "allowed deg", "most use"]
+def limit_rows(limits: YawLimits) -> tuple[list[str], list[list[str]]]:
+    """Header and rows: largest load over its limit by wind speed and yaw error, base points, governing load."""
+    head = ["wind m/s", *(f"{np.degrees(e):.0f} deg" for e in limits.errors), "allowed deg", "most use"]
     rows = [
         [f"{c:g}", *(f"{u:.2f}" if np.isfinite(u) else "failed" for u in use), f"{np.degrees(b):.1f}", what]
-        for c, use, b, what in zip(found.speeds, found.use, found.allowed(), found.governing(), strict=True)
+        for c, use, b, what in zip(limits.speeds, limits.use, limits.allowed(), limits.governing(), strict=True)
     ]
     return head, rows
 
 
-def limit_words(found: YawLimits) -> str:
-    """The limits in words."""
-    least = {name: found.undeflected - value if name == TIP else value for name, value in found.limit.items()}
+def limit_words(limits: YawLimits) -> str:
+    """Text on the limits."""
+    least = {name: limits.undeflected - value if name == TIP else value for name, value in limits.limit.items()}
     return "; ".join(f"{name} {value:.4g} {UNITS[name]}" for name, value in least.items())
 
 
-def plot_limits(found: YawLimits) -> Figure:
+def plot_limits(limits: YawLimits) -> Figure:
     """Map of the largest load over its limit, the allowed yaw error, and the laws of Wang et al. (2021)."""
     figure, axes = new_figure(1, size=(8.0, 5.0))
-    draw_limits(axes[0, 0], found)
+    draw_limits(axes[0, 0], limits)
     return figure
 
 
-def draw_limits(ax: Axes, found: YawLimits) -> None:
-    """That map on given axes: errors of positive sign above zero, of negative sign below."""
+def draw_limits(ax: Axes, limits: YawLimits) -> None:
+    """Draw the map on given axes: errors of positive sign above zero, of negative sign below."""
     from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 
-    errors = np.degrees(found.errors)
-    side = found.by_sign
+    errors = np.degrees(limits.errors)
+    side = limits.by_sign
     both = np.concatenate([-errors[:0:-1], errors])
     use = np.concatenate([side[:, :0:-1, 1], side[:, :, 0]], axis=1)
-    drawn = ax.contourf(
-        found.speeds,
+    contours = ax.contourf(
+        limits.speeds,
         both,
         np.minimum(use, 9.0).T,
         levels=np.arange(0.2, 2.01, 0.2),
@@ -269,14 +270,16 @@ def draw_limits(ax: Axes, found: YawLimits) -> None:
         cmap=LinearSegmentedColormap.from_list("change", DIVERGING[::-1]),
         extend="both",
     )
-    ax.figure.colorbar(drawn, ax=ax, label="largest load over its limit")
-    fine = np.linspace(found.speeds[0], found.speeds[-1], 301)
-    lines = [("loads within limits", found.speeds, np.degrees(found.allowed()), INK, "o-")]
+    ax.figure.colorbar(contours, ax=ax, label="largest load over its limit")
+    fine = np.linspace(limits.speeds[0], limits.speeds[-1], 301)
+    lines = [("loads within limits", limits.speeds, np.degrees(limits.allowed()), INK, "o-")]
     for colour, law in zip((COLOURS[4], COLOURS[2]), ("interpolated", "stepwise"), strict=True):
         angles = np.degrees(yaw_threshold(YawProtection.model_validate({"law": law}), fine))
         lines.append((f"Wang et al. (2021), {law}", fine, angles, colour, "-"))
     for label, x, y, colour, mark in lines:
-        ax.plot(x, y, mark, color=colour, label=label, clip_on=False)  # it may be the largest error on the axis
+        ax.plot(
+            x, y, mark, color=colour, label=label, clip_on=False
+        )  # the allowed error may be the largest one on the axis
         ax.plot(x, -y, mark, color=colour, clip_on=False)
     ax.set_ylim(both[0], both[-1])
     ax.set_title("allowed yaw error, and the loads there")

@@ -28,7 +28,7 @@ HOUR = 3600.0
 
 
 class Log(Table):
-    """Transitions in the order of time."""
+    """Transitions in chronological order."""
 
     written: float = number("-", "number of transitions")
     entry: Entries[EntryRow] = parts(EntryRow, LOG_ROOM, "those that are kept")
@@ -36,7 +36,7 @@ class Log(Table):
 
 @kernel
 def new_entry(log: Log) -> int:
-    """Place of the next entry, -1 where there is no room."""
+    """Index of the next entry, -1 if the log is full."""
     n = whole(log.written)
     log.written = float(n + 1)
     return n if n < LOG_ROOM else -1

@@ -142,7 +142,7 @@ def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
     most = turbine.pitch_actuator.rate_limit if turbine.pitch_actuator.kind != "ideal" else pitch.rate_limit
     begins = torque.cut_in_speed
     connect = given("connect_speed", begins if begins >= LEAST_CUT_IN * rated else 0.5 * rated)
-    found = {
+    values = {
         "start_wind": given("start_wind", turbine.cut_in),
         "stop_wind": given("stop_wind", 0.8 * turbine.cut_in),
         "cut_out_mean": given("cut_out_mean", CUT_OUT_MEAN * cut_out),
@@ -167,8 +167,8 @@ def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
     names = "start_time stop_time restart_time mean_window wind_window gust_window start_pitch connect_time"
     names += " start_limit brake power_time sensor_time frozen_time pitch_difference pitch_time"
     names += " acceleration region_time derate_rate"
-    found |= {name: getattr(settings, name) for name in names.split()}
-    found["feathered"] = found["feather"] - math.radians(0.5)
+    values |= {name: getattr(settings, name) for name in names.split()}
+    values["feathered"] = values["feather"] - math.radians(0.5)
     for low, high in (
         ("stop_wind", "start_wind"),
         ("start_wind", "restart_wind"),
@@ -176,9 +176,9 @@ def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
         ("cut_out_mean", "cut_out_wind"),
         ("cut_out_wind", "cut_out_gust"),
     ):
-        if found[low] > found[high]:
+        if values[low] > values[high]:
             raise InputError(
-                f"supervision: {low} {found[low]:g} m/s is more than {high} {found[high]:g} m/s "
+                f"supervision: {low} {values[low]:g} m/s is more than {high} {values[high]:g} m/s "
                 f"(the turbine's cut-in is {turbine.cut_in:g}, its cut-out {cut_out:g} m/s)"
             )
     if not connect < rated:
@@ -186,13 +186,13 @@ def limits(turbine: AnyTurbine, settings: Supervision) -> dict[str, float]:
             f"supervision: connect_speed {connect:g} rad/s is not below the rated {rated:g} rad/s of the generator"
         )
     for name in ("normal_rate", "emergency_rate", "start_rate"):
-        if found[name] > most * (1.0 + ROUNDING):
+        if values[name] > most * (1.0 + ROUNDING):
             raise InputError(
-                f"supervision: {name} {found[name]:g} rad/s is more than the pitch actuator's {most:g} rad/s"
+                f"supervision: {name} {values[name]:g} rad/s is more than the pitch actuator's {most:g} rad/s"
             )
-    if found["feather"] > turbine.pitch_actuator.maximum + ROUNDING:
+    if values["feather"] > turbine.pitch_actuator.maximum + ROUNDING:
         raise InputError(
-            f"supervision: feather {found['feather']:g} rad is beyond the pitch actuator's "
+            f"supervision: feather {values['feather']:g} rad is beyond the pitch actuator's "
             f"{turbine.pitch_actuator.maximum:g} rad"
         )
-    return found
+    return values

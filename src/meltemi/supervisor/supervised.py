@@ -2,10 +2,10 @@
 
 Each call: means of the wind and the yaw control; the quantities; the conditions, each with the time for which it has
 held; the machine of yaw protection, then that of operation; then what the state asks for. In production load control
-is unchanged while nothing limits the power. The supervisor sets parameters of the collective law: its
-reference speed (which rises during a start), its lowest pitch, its pitch rate, and its rated power, which is the
-set-point. Stops pitch each blade from where it stands; a start sets the law's integral so that nothing jumps. One
-module, in the order of a call.
+is unchanged while the power is not limited. The supervisor sets parameters of the collective law: its
+reference speed (which rises during a start), its minimum pitch, its pitch rate, and its rated power, which is the
+set-point. Stops pitch each blade from its present angle; a start sets the integral of the law for a bumpless
+transition. One module, in the order of a call.
 
 Reference: docs/theory/control.md (C-60 to C-68).
 """
@@ -178,51 +178,51 @@ def samples(time: float, dt: float) -> int:
 
 
 @kernel
-def evaluate_conditions(own: SupervisorState, first: int, last: int, dt: float) -> None:
+def evaluate_conditions(supervisor: SupervisorState, first: int, last: int, dt: float) -> None:
     """Evaluate conditions first to last - 1, with the time for which they have held (C-63)."""
     for c in range(first, last):
-        value, limit = own.now.array[t.COMPARED[c, 0]], own.limit[c]
+        value, limit = supervisor.now.array[t.COMPARED[c, 0]], supervisor.limit[c]
         true = not (value <= limit) if t.COMPARED[c, 1] > 0 else value < limit
         if true:
-            own.count[c] += 1.0
+            supervisor.count[c] += 1.0
         else:
-            own.count[c] = 0.0
-        own.holds[c] = 0.0
-        if true and whole(own.count[c]) > samples(own.hold[c], dt):
-            own.holds[c] = 1.0
+            supervisor.count[c] = 0.0
+        supervisor.holds[c] = 0.0
+        if true and whole(supervisor.count[c]) > samples(supervisor.hold[c], dt):
+            supervisor.holds[c] = 1.0
 
 
 @kernel
-def switches_near(own: SupervisorState, state: int) -> float:
+def switches_near(supervisor: SupervisorState, state: int) -> float:
     """Number of conditions that end a state within the difference step of a parameter, in derivative runs."""
-    found = 0.0
+    crossings = 0.0
     for row in range(t.MACHINE.shape[0]):
         if t.MACHINE[row, FROM] == state and t.REPORTED[t.MACHINE[row, LINE]] == 0:
             c = abs(t.MACHINE[row, FIRST]) - 1
-            found += crossed(own.now.array[t.COMPARED[c, 0]] - own.limit[c])
-    return found
+            crossings += crossed(supervisor.now.array[t.COMPARED[c, 0]] - supervisor.limit[c])
+    return crossings
 
 
 @kernel
-def log_transition(own: SupervisorState, machine: Int, row: int, which: int, time: float) -> None:
+def log_transition(supervisor: SupervisorState, machine: Int, row: int, which: int, time: float) -> None:
     """Log a transition with value and limit of its first condition."""
-    n = new_entry(own.log)
+    n = new_entry(supervisor.log)
     if n < 0:
         return
-    entry, c = own.log.entry[n], abs(machine[row, FIRST]) - 1
+    entry, c = supervisor.log.entry[n], abs(machine[row, FIRST]) - 1
     entry.time, entry.machine = time, float(which)
     entry.source, entry.target = float(machine[row, FROM]), float(machine[row, TO])
     entry.condition, entry.holds = float(c), float(machine[row, FIRST])
-    entry.value, entry.limit = own.now.array[t.COMPARED[c, 0]], own.limit[c]
+    entry.value, entry.limit = supervisor.now.array[t.COMPARED[c, 0]], supervisor.limit[c]
 
 
 @kernel
-def step_machine(own: SupervisorState, at: MachineState, machine: Int, which: int, time: float) -> int:
-    """Step of a machine: the row of the transition that it takes, -1 for none (C-63)."""
+def step_machine(supervisor: SupervisorState, at: MachineState, machine: Int, which: int, time: float) -> int:
+    """Step of a state machine: the row of its transition, -1 for none (C-63)."""
     at.since += 1.0
-    row = transition(machine, whole(at.state), own.holds)
+    row = transition(machine, whole(at.state), supervisor.holds)
     if row >= 0:
-        log_transition(own, machine, row, which, time)
+        log_transition(supervisor, machine, row, which, time)
         at.state, at.since = float(machine[row, TO]), 0.0
     return row
 
@@ -262,44 +262,45 @@ def region(law: BaselineState) -> float:
 @kernel
 def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line of conditions after the other
     """Quantities of the conditions from the measurements, with the state of yaw protection before this call."""
-    own, law, now, measured, demands = x.supervisor, x.load.collective, x.supervisor.now, call.measured, call.demands
-    state = whole(own.operation.state)
+    supervisor, law, now = x.supervisor, x.load.collective, x.supervisor.now
+    measured, demands = call.measured, call.demands
+    state = whole(supervisor.operation.state)
     now.yaw_error = abs(x.yaw.filtered)
-    own.limit[YAW_EXCEEDED] = own.threshold
+    supervisor.limit[YAW_EXCEEDED] = supervisor.threshold
     now.producing = float(t.CONNECTED[state - 1])
     now.derate, now.stop = 0.0, 0.0
-    if whole(own.strategy) == 2:
+    if whole(supervisor.strategy) == 2:
         now.derate = 1.0
-    if whole(own.strategy) == 1:
+    if whole(supervisor.strategy) == 1:
         now.stop = 1.0
     now.time_over, now.standing_by = 0.0, 0.0
-    if whole(own.protection.since) + 1 >= samples(own.recheck_time, call.dt):
+    if whole(supervisor.protection.since) + 1 >= samples(supervisor.recheck_time, call.dt):
         now.time_over = 1.0
     if state == STANDBY:
         now.standing_by = 1.0
     word = whole(measured.request)
-    if word != whole(own.word):
+    if word != whole(supervisor.word):
         if word == WORD_START:
-            own.fresh = 1.0
-        own.word = float(word)
+            supervisor.fresh = 1.0
+        supervisor.word = float(word)
     now.emergency_word, now.stop_word, now.may_start = 0.0, 0.0, 0.0
     if word == WORD_EMERGENCY:
         now.emergency_word = 1.0
     elif word == WORD_STOP:
         now.stop_word = 1.0
-    elif own.fresh > 0.5 or (own.latched < 0.5 and own.auto_start > 0.5):
+    elif supervisor.fresh > 0.5 or (supervisor.latched < 0.5 and supervisor.auto_start > 0.5):
         now.may_start = 1.0
     now.grid = measured.grid
     now.speed = call.speed
     if call.twin > call.speed:
         now.speed = call.twin
-    now.difference = abs(measured.generator_speed - own.gear_ratio * measured.rotor_speed)
-    if measured.generator_speed == own.last_speed and measured.rotor_speed != own.last_rotor:
-        own.frozen += call.dt
+    now.difference = abs(measured.generator_speed - supervisor.gear_ratio * measured.rotor_speed)
+    if measured.generator_speed == supervisor.last_speed and measured.rotor_speed != supervisor.last_rotor:
+        supervisor.frozen += call.dt
     else:
-        own.frozen = 0.0
-    own.last_speed, own.last_rotor = measured.generator_speed, measured.rotor_speed
-    now.frozen = own.frozen
+        supervisor.frozen = 0.0
+    supervisor.last_speed, supervisor.last_rotor = measured.generator_speed, measured.rotor_speed
+    now.frozen = supervisor.frozen
     now.pitch_gap = 0.0
     now.feathered = demands.pitch[0]
     for b in range(call.blades):
@@ -311,11 +312,11 @@ def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line
     now.power = measured.power
     along, aside = measured.fore_aft_acceleration, measured.side_side_acceleration
     now.acceleration = sqrt(along * along + aside * aside)
-    now.gust, now.wind, now.mean_wind = own.gust, own.wind, own.mean_wind
-    now.start_time = own.operation.since * call.dt
+    now.gust, now.wind, now.mean_wind = supervisor.gust, supervisor.wind, supervisor.mean_wind
+    now.start_time = supervisor.operation.since * call.dt
     now.share = 0.0
     if law.speed >= law.rated_speed or law.pitch < law.power_pitch or law.pitch <= law.minimum_pitch:
-        now.share = own.share
+        now.share = supervisor.share
     now.region = region(law)
 
 
@@ -328,16 +329,16 @@ def approach(value: float, target: float, step: float) -> float:
 @kernel
 def set_point(x: SupervisedState, call: Call) -> None:
     """Set-points of the power for operator and yaw protection, each with its own rate (C-65)."""
-    own, law = x.supervisor, x.load.collective
-    rated = own.rated_power
-    wanted = min(rated, max(call.measured.power_limit, 0.0) / own.efficiency)
-    own.operator_power = approach(own.operator_power, wanted, own.derate_rate * call.dt)
+    supervisor, law = x.supervisor, x.load.collective
+    rated = supervisor.rated_power
+    wanted = min(rated, max(call.measured.power_limit, 0.0) / supervisor.efficiency)
+    supervisor.operator_power = approach(supervisor.operator_power, wanted, supervisor.derate_rate * call.dt)
     wanted = rated
-    if whole(own.protection.state) == DERATED:
-        wanted = min(rated, own.yaw_power)
-    own.protected_power = approach(own.protected_power, wanted, own.yaw_rate * call.dt)
-    power = min(own.operator_power, own.protected_power)
-    # written where it differs, so that derivatives by the law's own entries stay
+    if whole(supervisor.protection.state) == DERATED:
+        wanted = min(rated, supervisor.yaw_power)
+    supervisor.protected_power = approach(supervisor.protected_power, wanted, supervisor.yaw_rate * call.dt)
+    power = min(supervisor.operator_power, supervisor.protected_power)
+    # written only if different, which keeps derivatives with respect to entries of the law
     if power != law.rated_power:
         law.rated_power = power
 
@@ -345,44 +346,44 @@ def set_point(x: SupervisedState, call: Call) -> None:
 @kernel
 def begin_state(x: SupervisedState, state: int, call: Call) -> None:
     """Actions at the entry of a state of operation."""
-    own, law, demands = x.supervisor, x.load.collective, call.demands
+    supervisor, law, demands = x.supervisor, x.load.collective, call.demands
     if state == START_UP:
-        own.share, law.torque, own.latched, own.fresh = 0.0, 0.0, 0.0, 0.0
+        supervisor.share, law.torque, supervisor.latched, supervisor.fresh = 0.0, 0.0, 0.0, 0.0
         mean = 0.0
         for b in range(call.blades):
             mean = mean + demands.pitch[b] / call.blades
-        law.reference_speed = min(max(call.speed, 0.0), own.reference)
+        law.reference_speed = min(max(call.speed, 0.0), supervisor.reference)
         set_collective(x.load, mean, call.speed)
-        own.lowering = 1.0
+        supervisor.lowering = 1.0
         reset_loops(x.load)
     if state == CONNECTION:
         law.torque = 0.0
     if state in (NORMAL_STOP, EMERGENCY_STOP):
-        own.stop_torque, own.stop_speed, own.fresh = demands.generator_torque, call.speed, 0.0
+        supervisor.stop_torque, supervisor.stop_speed, supervisor.fresh = demands.generator_torque, call.speed, 0.0
     if state == STANDBY:
-        own.latched = 0.0
+        supervisor.latched = 0.0
 
 
 @kernel
 def start_law(x: SupervisedState, state: int, dt: float) -> None:
     """Parameters of the collective law during start-up: reference and minimum pitch follow the speed (C-66)."""
-    own, law = x.supervisor, x.load.collective
-    speed, step = law.speed, own.start_acceleration * dt
-    ahead = max(speed, 0.0) + AHEAD * own.start_acceleration
-    law.reference_speed = min(max(min(law.reference_speed + step, ahead), 0.0), own.reference)
-    fine = min(own.connect_speed, own.start_ratio * max(own.wind, 1.0))
+    supervisor, law = x.supervisor, x.load.collective
+    speed, step = law.speed, supervisor.start_acceleration * dt
+    ahead = max(speed, 0.0) + AHEAD * supervisor.start_acceleration
+    law.reference_speed = min(max(min(law.reference_speed + step, ahead), 0.0), supervisor.reference)
+    fine = min(supervisor.connect_speed, supervisor.start_ratio * max(supervisor.wind, 1.0))
     left = min(max(1.0 - speed / fine, 0.0), 1.0)
-    law.minimum_pitch = own.minimum_pitch + left * max(own.start_pitch - own.minimum_pitch, 0.0)
-    law.pitch_rate = own.rate[t.MODES[state - 1, M_RATE]]
+    law.minimum_pitch = supervisor.minimum_pitch + left * max(supervisor.start_pitch - supervisor.minimum_pitch, 0.0)
+    law.pitch_rate = supervisor.rate[t.MODES[state - 1, M_RATE]]
 
 
 @kernel
 def lower_pitch(x: SupervisedState, call: Call) -> None:
     """Lower the pitch to its minimum or until the rotor reaches its reference speed; then the law takes over (C-66)."""
-    own, law = x.supervisor, x.load.collective
+    supervisor, law = x.supervisor, x.load.collective
     pitch = max(law.pitch - law.pitch_rate * call.dt, law.minimum_pitch)
     if call.speed >= law.reference_speed or pitch <= law.minimum_pitch:
-        own.lowering = 0.0
+        supervisor.lowering = 0.0
     set_collective(x.load, pitch, call.speed)
     for b in range(call.blades):
         call.demands.pitch[b] = pitch
@@ -391,13 +392,13 @@ def lower_pitch(x: SupervisedState, call: Call) -> None:
 @kernel
 def restore_law(x: SupervisedState, dt: float) -> None:
     """Restore the parameters of the collective law; written only where they differ."""
-    own, law = x.supervisor, x.load.collective
-    if law.reference_speed < own.reference:
-        law.reference_speed = min(law.reference_speed + own.start_acceleration * dt, own.reference)
-    if law.minimum_pitch != own.minimum_pitch:
-        law.minimum_pitch = own.minimum_pitch
-    if law.pitch_rate != own.rate[RATE_LAW]:
-        law.pitch_rate = own.rate[RATE_LAW]
+    supervisor, law = x.supervisor, x.load.collective
+    if law.reference_speed < supervisor.reference:
+        law.reference_speed = min(law.reference_speed + supervisor.start_acceleration * dt, supervisor.reference)
+    if law.minimum_pitch != supervisor.minimum_pitch:
+        law.minimum_pitch = supervisor.minimum_pitch
+    if law.pitch_rate != supervisor.rate[RATE_LAW]:
+        law.pitch_rate = supervisor.rate[RATE_LAW]
 
 
 @kernel
@@ -411,26 +412,26 @@ def limit_torque(law: BaselineState, most: float, demands: Demands) -> None:
 @kernel
 def produce(x: SupervisedState, state: int, call: Call) -> None:
     """States with the pitch of the collective law."""
-    own, law, demands = x.supervisor, x.load.collective, call.demands
+    supervisor, law, demands = x.supervisor, x.load.collective, call.demands
     mode = t.MODES[state - 1, M_TORQUE]
     if mode == TORQUE_LAW:
         restore_law(x, call.dt)
         load_step(x.load, call.measured, demands, call.dt)
-        if law.rated_power < own.rated_power:
+        if law.rated_power < supervisor.rated_power:
             limit_torque(law, law.rated_power / max(law.speed, 1e-3), demands)
         return
     start_law(x, state, call.dt)
-    if own.lowering > 0.5 and mode == TORQUE_NONE:
+    if supervisor.lowering > 0.5 and mode == TORQUE_NONE:
         lower_pitch(x, call)
     else:
         collective_step(law, call.speed, call.measured, demands, call.dt)
     for b in range(MAX_BLADES):
         x.load.group[PITCH].last[b] = law.pitch
     if mode == TORQUE_JOIN:
-        own.share = min(own.share + call.dt / own.connect_time, 1.0)
-        # below rated speed the torque of the regions: held power would stop the rotor that is to speed up
+        supervisor.share = min(supervisor.share + call.dt / supervisor.connect_time, 1.0)
+        # torque of the regions below rated speed: constant power would prevent the rotor from accelerating
         most = min(law_torque(law, law.speed), law.rated_power / max(law.speed, 1e-3))
-        limit_torque(law, min(own.share * law.maximum_torque, most), demands)
+        limit_torque(law, min(supervisor.share * law.maximum_torque, most), demands)
     else:
         law.torque = 0.0
         demands.generator_torque = 0.0
@@ -440,56 +441,57 @@ def produce(x: SupervisedState, state: int, call: Call) -> None:
 def shut_down(x: SupervisedState, state: int, call: Call) -> None:
     """States that pitch to feather: torque falls with speed, or is zero (C-68).
 
-    Of the two sensors of speed the lower one counts for the torque, the higher one for the brake: one that is stuck can
-    neither drive the rotor backwards nor brake it at full speed.
+    The torque uses the lower of the two speed measurements, the brake the higher one: a stuck sensor can neither drive
+    the rotor backwards nor brake it at full speed.
     """
-    own, law, demands = x.supervisor, x.load.collective, call.demands
+    supervisor, law, demands = x.supervisor, x.load.collective, call.demands
     mode = t.MODES[state - 1, M_TORQUE]
     keep = 1.0 - exp(-call.dt * law.filter_frequency)
     law.speed = law.speed + keep * (call.speed - law.speed)
     wanted = 0.0
-    if mode == TORQUE_FALL and own.stop_speed > own.connect_speed:
-        share = (min(call.speed, call.twin) - own.connect_speed) / (own.stop_speed - own.connect_speed)
-        wanted = own.stop_torque * min(max(share, 0.0), 1.0)
-    if state == EMERGENCY_STOP and own.emergency_torque < 0.5:
+    if mode == TORQUE_FALL and supervisor.stop_speed > supervisor.connect_speed:
+        range_ = supervisor.stop_speed - supervisor.connect_speed
+        share = (min(call.speed, call.twin) - supervisor.connect_speed) / range_
+        wanted = supervisor.stop_torque * min(max(share, 0.0), 1.0)
+    if state == EMERGENCY_STOP and supervisor.emergency_torque < 0.5:
         wanted = 0.0
     law.torque = approach(demands.generator_torque, wanted, law.torque_rate * call.dt)
     demands.generator_torque = law.torque
-    step, mean = own.rate[t.MODES[state - 1, M_RATE]] * call.dt, 0.0
+    step, mean = supervisor.rate[t.MODES[state - 1, M_RATE]] * call.dt, 0.0
     for b in range(call.blades):
-        demands.pitch[b] = approach(demands.pitch[b], own.feather, step)
+        demands.pitch[b] = approach(demands.pitch[b], supervisor.feather, step)
         mean = mean + demands.pitch[b] / call.blades
     law.pitch = mean
     demands.brake = 0.0
-    if t.MODES[state - 1, M_BRAKE] > 0 and max(call.speed, call.twin) < own.brake_speed:
-        demands.brake = own.brake
+    if t.MODES[state - 1, M_BRAKE] > 0 and max(call.speed, call.twin) < supervisor.brake_speed:
+        demands.brake = supervisor.brake
 
 
 @kernel
-def protect(own: SupervisorState, call: Call) -> None:
+def protect(supervisor: SupervisorState, call: Call) -> None:
     """One step of the machine of yaw protection (C-64)."""
-    evaluate_conditions(own, 0, N_YAW, call.dt)
-    row = step_machine(own, own.protection, t.YAW_MACHINE, YAW_PROTECTION, call.measured.time)
+    evaluate_conditions(supervisor, 0, N_YAW, call.dt)
+    row = step_machine(supervisor, supervisor.protection, t.YAW_MACHINE, YAW_PROTECTION, call.measured.time)
     if row >= 0 and t.YAW_MACHINE[row, TO] == DERATED:
-        own.derates += 1.0
-    own.now.yaw_state = own.protection.state
+        supervisor.derates += 1.0
+    supervisor.now.yaw_state = supervisor.protection.state
 
 
 @kernel
 def operate(x: SupervisedState, call: Call) -> None:
     """One step of the machine of operation (C-63)."""
-    own = x.supervisor
-    evaluate_conditions(own, N_YAW, N_CONDITIONS, call.dt)
-    x.load.collective.switches += switches_near(own, whole(own.operation.state))
-    row = step_machine(own, own.operation, t.MACHINE, OPERATION, call.measured.time)
+    supervisor = x.supervisor
+    evaluate_conditions(supervisor, N_YAW, N_CONDITIONS, call.dt)
+    x.load.collective.switches += switches_near(supervisor, whole(supervisor.operation.state))
+    row = step_machine(supervisor, supervisor.operation, t.MACHINE, OPERATION, call.measured.time)
     if row < 0:
         return
     state = t.MACHINE[row, TO]
     begin_state(x, state, call)
     if state in (NORMAL_STOP, EMERGENCY_STOP):
         c = abs(t.MACHINE[row, FIRST]) - 1
-        lasting = own.yaw_latching if c == YAW_STOP else own.latching * t.LATCHES[c]
-        own.latched = max(own.latched, lasting)
+        lasting = supervisor.yaw_latching if c == YAW_STOP else supervisor.latching * t.LATCHES[c]
+        supervisor.latched = max(supervisor.latched, lasting)
 
 
 @kernel
@@ -501,30 +503,30 @@ def update(state: Float, measurements: Float, demands: Float, dt: float) -> None
 @kernel
 def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: float) -> None:
     """Means of the wind, yaw control, machines, demands of the state (C-60 to C-68)."""
-    own, law = x.supervisor, x.load.collective
-    # a sensor that gives no number is lost: its twin stands in for it until the stop that follows
-    speed, twin = measured.generator_speed, own.gear_ratio * measured.rotor_speed
+    supervisor, law = x.supervisor, x.load.collective
+    # a sensor without a value has failed: the other one replaces it until the following stop
+    speed, twin = measured.generator_speed, supervisor.gear_ratio * measured.rotor_speed
     lost = speed != speed
     if lost:
         speed = twin
     call = Call(measured, demands, speed, twin, whole(measured.n_blades), dt)
     wind = measured.wind_speed
-    own.gust = moving_mean(x.gust_mean, wind, dt)
-    own.wind = moving_mean(x.wind_mean, wind, dt)
-    own.mean_wind = moving_mean(x.long_mean, wind, dt)
+    supervisor.gust = moving_mean(x.gust_mean, wind, dt)
+    supervisor.wind = moving_mean(x.wind_mean, wind, dt)
+    supervisor.mean_wind = moving_mean(x.long_mean, wind, dt)
     yaw_rate = yaw_step(x.yaw, measured, dt)
     protected = x.protection.points > 0.0
-    own.threshold = NEVER
+    supervisor.threshold = NEVER
     if protected:
-        own.protection_wind = moving_mean(x.protection_mean, wind, dt)
-        own.threshold = threshold(x.protection, own.protection_wind)
+        supervisor.protection_wind = moving_mean(x.protection_mean, wind, dt)
+        supervisor.threshold = threshold(x.protection, supervisor.protection_wind)
     quantities(x, call)
-    protect(own, call)
+    protect(supervisor, call)
     operate(x, call)
     set_point(x, call)
     if lost:
         measured.generator_speed = speed
-    state = whole(own.operation.state)
+    state = whole(supervisor.operation.state)
     if t.MODES[state - 1, M_PITCH] == PITCH_FEATHER:
         shut_down(x, state, call)
     else:
@@ -534,14 +536,14 @@ def supervise(x: SupervisedState, measured: Measurements, demands: Demands, dt: 
         law.torque = 0.0
         demands.generator_torque = 0.0
     demands.yaw_rate = 0.0
-    if own.follow > 0.5 and t.MODES[state - 1, M_YAW] > 0 and measured.grid > 0.5:
+    if supervisor.follow > 0.5 and t.MODES[state - 1, M_YAW] > 0 and measured.grid > 0.5:
         demands.yaw_rate = yaw_rate
-    demands.operating_state = own.operation.state
-    demands.power_setpoint = law.rated_power * own.efficiency
+    demands.operating_state = supervisor.operation.state
+    demands.power_setpoint = law.rated_power * supervisor.efficiency
     demands.yaw_error = x.yaw.filtered
     demands.yaw_threshold = 0.0
     if protected:
-        demands.yaw_threshold = own.threshold
+        demands.yaw_threshold = supervisor.threshold
     law.switches += x.yaw.switches
     x.yaw.switches = 0.0
 
@@ -559,24 +561,24 @@ def SupervisedController(
     """Controller with start, stop, protection, derating and yaw control.
 
     Args:
-      turbine: gives the collective law, cut-in and cut-out, and the limits of the actuators.
-      settings: of the supervisor; by default those that follow from the turbine.
-      load: of the load controller that works in production; none leaves the collective law.
-      yaw: of the yaw control; without it the nacelle is not turned. The model then needs ``yaw="driven"``.
-      protection: against yaw errors; none by default.
-      sample_time: [s] between calls; by default every time step.
-      name: for messages.
+      turbine: turbine with the collective law, cut-in and cut-out, and the limits of the actuators.
+      settings: settings of the supervisor; by default those that follow from the turbine.
+      load: load controller in production; by default the collective law only.
+      yaw: yaw control, which needs a model with ``yaw="driven"``; without it the nacelle is fixed.
+      protection: yaw protection; none by default.
+      sample_time: [s] time between calls; by default every time step.
+      name: name for messages.
 
     Returns:
       The controller. ``Result.log`` has its transitions, channel ``operating_state`` the number of its state.
 
     Raises:
-      InputError: settings that contradict each other or the turbine.
+      InputError: settings are inconsistent with each other or with the turbine.
     """
     settings = settings or Supervision()
-    found = limits(turbine, settings)
+    values = limits(turbine, settings)
     work = LoadController(turbine, load, sample_time=sample_time, name=name)
-    template = _settings(turbine, settings, found, yaw is not None, protection)
+    template = _settings(turbine, settings, values, yaw is not None, protection)
     vane = yaw_settings(yaw or YawControl(), turbine.yaw)
     if protection is not None:
         vane.filter_time = protection.filter_time
@@ -589,16 +591,16 @@ def SupervisedController(
             yaw=vane,
             load=work.init(start),
             protection=points,
-            gust_mean=mean_start(found["gust_window"], ROOMS[0], before=mean),
-            wind_mean=mean_start(found["wind_window"], ROOMS[1], before=mean),
-            long_mean=mean_start(found["mean_window"], ROOMS[2], before=mean),
+            gust_mean=mean_start(values["gust_window"], ROOMS[0], before=mean),
+            wind_mean=mean_start(values["wind_window"], ROOMS[1], before=mean),
+            long_mean=mean_start(values["mean_window"], ROOMS[2], before=mean),
             protection_mean=mean_start(30.0 if protection is None else protection.window, ROOMS[3], before=mean),
         )
-        own = x.supervisor
-        own.operation.state = _first_state(turbine, settings, found, start)
-        own.latched = float(settings.begin == "idling")
-        own.share = float(own.operation.state >= CONNECTION)
-        own.word = -1.0
+        supervisor = x.supervisor
+        supervisor.operation.state = _first_state(turbine, settings, values, start)
+        supervisor.latched = float(settings.begin == "idling")
+        supervisor.share = float(supervisor.operation.state >= CONNECTION)
+        supervisor.word = -1.0
         return x
 
     anywhere = StartPoint(wind_speed=0.0, generator_speed=0.0, pitch=0.0, generator_torque=0.0)
@@ -609,12 +611,15 @@ def SupervisedController(
         name=name,
         yaws=yaw is not None,
         state_names=SupervisedState.names_of(init(anywhere).array) if work.state_names else (),
-        warnings=lambda x: [*limit_warnings(SupervisedState(x).load), *_crowded(SupervisedState(x).supervisor.log)],
+        warnings=lambda x: [
+            *limit_warnings(SupervisedState(x).load),
+            *_log_warnings(SupervisedState(x).supervisor.log),
+        ],
         log=lambda x: log_entries(SupervisedState(x).supervisor.log),
     )
 
 
-def _crowded(log: Log) -> list[str]:
+def _log_warnings(log: Log) -> list[str]:
     written = int(log.written)
     if written <= LOG_ROOM:
         return []
@@ -634,17 +639,17 @@ def _first_state(turbine: AnyTurbine, settings: Supervision, numbers: dict[str, 
 
 
 def _settings(
-    turbine: AnyTurbine, settings: Supervision, found: dict[str, float], follow: bool, protection: YawProtection | None
+    turbine: AnyTurbine, settings: Supervision, values: dict[str, float], follow: bool, protection: YawProtection | None
 ) -> SupervisorState:
     """Initial state of the supervisor, without that of operation."""
     control, drivetrain = turbine.control, turbine.drivetrain
     rated = control.torque.rated_power
     same = "connect_speed start_acceleration start_pitch connect_time feather brake brake_speed".split()
     x = SupervisorState.of(
-        **{name: found[name] for name in same},
+        **{name: values[name] for name in same},
         reference=control.pitch.reference_speed,
         minimum_pitch=control.pitch.minimum,
-        rate=[control.pitch.rate_limit, *(found[f"{name}_rate"] for name in t.RATES if name != "law")],
+        rate=[control.pitch.rate_limit, *(values[f"{name}_rate"] for name in t.RATES if name != "law")],
         rated_power=rated,
         operator_power=rated,
         protected_power=rated,
@@ -658,15 +663,15 @@ def _settings(
         follow=follow,
         protection=MachineState.of(state=NORMAL),
         yaw_rate=settings.derate_rate * rated,
-        limit=[0.0 if c.limit == "yaw_threshold" else _number(c.limit, found) for c in t.CONDITIONS],
-        hold=[_number(c.hold, found) for c in t.CONDITIONS],
+        limit=[0.0 if c.limit == "yaw_threshold" else _number(c.limit, values) for c in t.CONDITIONS],
+        hold=[_number(c.hold, values) for c in t.CONDITIONS],
     )
     if protection is not None:
         most = turbine.rated_power if protection.power_limit is None else protection.power_limit
         share = 2.0 / 3.0 if protection.power_limit is None else 1.0
-        if protection.power_limit is not None and most >= found["rated_power"]:
+        if protection.power_limit is not None and most >= values["rated_power"]:
             raise InputError(
-                f"yaw protection: power_limit {most:g} W is no limit for a turbine of {found['rated_power']:g} W"
+                f"yaw protection: power_limit {most:g} W is no limit for a turbine of {values['rated_power']:g} W"
             )
         x.strategy = STRATEGIES.index(protection.strategy)
         x.yaw_latching = protection.latched
@@ -675,5 +680,5 @@ def _settings(
     return x
 
 
-def _number(text: str, found: dict[str, float]) -> float:
-    return found[text] if text in found else float(text)
+def _number(text: str, values: dict[str, float]) -> float:
+    return values[text] if text in values else float(text)

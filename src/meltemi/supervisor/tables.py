@@ -1,11 +1,11 @@
 """State machines of the supervisor: states, conditions, transitions of operation and of yaw protection.
 
-The machine of operation has the states of the turbine. The machine of yaw protection stands beside it: it derates,
-waits and looks again, or asks for a stop (Wang et al. 2021, Fig. 8). At every call each machine takes at most one
+The machine of operation has the states of the turbine. The machine of yaw protection runs in parallel: it derates,
+waits and rechecks, or requests a stop (Wang et al. 2021, Fig. 8). In every call each machine makes at most one
 transition (``control.machine``).
 
-These tables are the law: the kernel walks them as arrays of integers, and the pages and diagrams of the documentation
-are made from them.
+These tables define the law: the kernel evaluates them as arrays of integers, and pages and diagrams of the
+documentation are generated from them.
 
 Reference: docs/theory/control.md (C-60 to C-68).
 """
@@ -23,14 +23,14 @@ from meltemi.control_laws.machine import Int, cells, machine, transitions
 
 
 @dataclass(frozen=True)
-class State:
+class OperatingState:
     """State of the turbine.
 
     Attributes:
       torque: ``none``; ``law``: of the collective law; ``join``: that, its limit rising from zero; ``fall``: in
         proportion to speed, to zero.
       pitch: ``law``; ``speed``: the law with a reference that rises; ``feather``.
-      rate: of the pitch: ``law``, ``start``, ``normal``, ``emergency``.
+      rate: pitch rate: ``law``, ``start``, ``normal``, ``emergency``.
       brake: ``free`` or ``slow``: applied at low speed.
       yaw: ``follow`` the wind or ``hold``.
     """
@@ -49,12 +49,12 @@ class Condition:
     """Comparison of a quantity with a limit.
 
     Attributes:
-      quantity: of ``QUANTITIES``.
+      quantity: name in ``QUANTITIES``.
       sense: ``above`` (and NaN) or ``below``; equality is neither.
       limit: a number, or the name of a limit of ``Supervision`` and ``YawProtection``.
-      hold: [s] for which it has to hold without a break, or the name of a setting.
+      hold: [s] time for which it has to hold without interruption, or the name of a setting.
       latches: a stop for this reason lasts until the operator requests "start".
-      doc: the reason in words, with value and limit in places.
+      doc: text of the reason, with placeholders for value and limit.
     """
 
     name: str
@@ -220,7 +220,7 @@ GROUPS = {
 _YAW_STATES = """
 normal   | law | law | law | free | follow | generates normally
 derated  | law | law | law | free | follow | power limited until the recheck
-shutdown | law | law | law | free | follow | asks for a stop
+shutdown | law | law | law | free | follow | requests a stop
 """
 
 _YAW_TRANSITIONS = """
@@ -233,8 +233,8 @@ shutdown | normal   | restarted
 """
 
 
-STATES = tuple(State(*row) for row in cells(_STATES))
-YAW_STATES = tuple(State(*row) for row in cells(_YAW_STATES))
+STATES = tuple(OperatingState(*row) for row in cells(_STATES))
+YAW_STATES = tuple(OperatingState(*row) for row in cells(_YAW_STATES))
 CONDITIONS = tuple(
     Condition(name, quantity, sense, limit, hold, latches != "no", words)
     for (name, quantity, sense, limit, hold, latches), (_, words) in zip(cells(_CONDITIONS), cells(_WORDS), strict=True)

@@ -1,6 +1,6 @@
-"""Checks that several records share. Names are those of fields, separated by blanks; fields that are None are skipped.
+"""Common checks of records. Names of fields are separated by blanks; fields that are None are skipped.
 
-All raise ValueError, to which the record adds its key path.
+Checks raise ValueError, to which the record adds its key path.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ from meltemi.core.record import Array, Record, Vector
 from meltemi.turbine.checks import above_ground, angles, ordered, per_station, positive, stations
 from meltemi.turbine.exchange import ActuatorModel
 from meltemi.turbine.imbalance import Imbalance, deviations
-from meltemi.turbine.representation import Machine
+from meltemi.turbine.representation import TurbineBase
 
 if TYPE_CHECKING:
     from meltemi.turbine import ElectricalSystem, MassDamper, Platform, Support
@@ -44,7 +44,7 @@ BaseMotion = Literal["surge", "sway", "heave", "roll", "pitch", "yaw"]
 class ModeShapes(Record):
     """Mode shapes as polynomials of the relative span x: for each mode its coefficients of x^2, x^3, ..., with sum 1.
 
-    They are not needed: modes are computed. A description may carry those of another code, for comparison.
+    They are optional: modes are computed. A description may contain the shapes of another code for comparison.
     """
 
     flap: tuple[tuple[float, ...], ...] = ()
@@ -137,7 +137,7 @@ class BladeAerodynamics(Record):
     position: Vector
     """(S,) [m; 40 to 50 at 100 m] distance from the blade root along the pitch axis; first 0, last the blade length."""
     chord: Vector
-    """(S,) [m; 1.5 to 8 at 100 m]."""
+    """(S,) [m; 1.5 to 8 at 100 m] chord."""
     twist: Vector
     """(S,) [rad; 0.05 to 0.6] positive towards feather."""
     airfoil: tuple[str, ...]
@@ -173,7 +173,7 @@ class BladeStructure(Record):
     twist: Vector
     """(S,) [rad; 0.05 to 0.6] of the section's principal axes, positive towards feather."""
     mass: Vector | None = None
-    """(S,) [kg/m; 150 to 3000 at 100 m]."""
+    """(S,) [kg/m; 150 to 3000 at 100 m] mass per length."""
     flap_stiffness: Vector | None = None
     """(S,) [N m^2; 3e9 to 3e10 at 100 m] bending in the flap direction (about y)."""
     edge_stiffness: Vector | None = None
@@ -321,7 +321,7 @@ class Blade(Record):
 
     @property
     def length(self) -> float:
-        """[m] from root to tip."""
+        """Length [m] from root to tip."""
         return float(self.aerodynamics.position[-1])
 
     @model_validator(mode="after")
@@ -345,7 +345,7 @@ class Hub(Record):
     precone: float = Field(default=0.0, gt=-0.6, lt=0.6)
     """[rad; 0.005 to 0.3] blades lean upwind when positive."""
     mass: float = Field(ge=0.0)
-    """[kg; 2.5e3 to 1.2e5 at 100 m]."""
+    """[kg; 2.5e3 to 1.2e5 at 100 m] mass."""
     inertia: float = Field(ge=0.0)
     """[kg m^2; 4e3 to 2e5 at 100 m] about the shaft."""
     mass_centre: float = 0.0
@@ -357,7 +357,7 @@ class Nacelle(Record):
     """Nacelle and shaft geometry. Positions are relative to the tower top, in nacelle axes."""
 
     mass: float = Field(ge=0.0)
-    """[kg; 2e4 to 7e5 at 100 m]."""
+    """[kg; 2e4 to 7e5 at 100 m] mass."""
     mass_centre: tuple[float, float, float]
     """[m; 0.4 to 5 at 100 m] x downwind, y left looking downwind, z up."""
     yaw_inertia: float = Field(ge=0.0)
@@ -456,7 +456,7 @@ class Tower(Record):
     position: Vector
     """(S,) [m; 40 to 300 at 100 m] above the tower base; first 0, last the tower top."""
     mass: Vector
-    """(S,) [kg/m; 800 to 2e4 at 100 m]."""
+    """(S,) [kg/m; 800 to 2e4 at 100 m] mass per length."""
     fore_aft_stiffness: Vector
     """(S,) [N m^2; 3e10 to 4e12 at 100 m]."""
     side_side_stiffness: Vector
@@ -482,7 +482,7 @@ class Tower(Record):
 
     @property
     def length(self) -> float:
-        """[m] from base to top."""
+        """Length [m] from base to top."""
         return float(self.position[-1])
 
     @model_validator(mode="after")
@@ -497,7 +497,7 @@ class Tower(Record):
 
 
 class Foundation(Record):
-    """What carries the tower base, fixed or floating; without this record the base is clamped.
+    """Support of the tower base, fixed or floating; without this record the base is clamped.
 
     Matrices are of motions along the inertial axes x, y, z at the tower base and about them.
     """
@@ -527,7 +527,7 @@ class Foundation(Record):
             if matrix.shape != (6, 6):
                 raise ValueError(f"{name} must have shape (6, 6), but has {matrix.shape}")
             least = np.linalg.eigvalsh(matrix)[0]
-            if name == "stiffness":  # water and weight may tilt a floater
+            if name == "stiffness":  # water and weight may destabilise a floater
                 bad, definite = least <= 0.0 and not self.motions, "definite"
             else:
                 bad, definite = least < -1e-9 * np.abs(matrix).max(), "semidefinite"
@@ -554,9 +554,9 @@ class PitchActuator(Record):
 
     kind: ActuatorModel = "second_order"
     natural_frequency: float = Field(default=11.11, gt=0.0)
-    """[rad/s; 1.5 to 50 at 100 m]."""
+    """[rad/s; 1.5 to 50 at 100 m] natural frequency."""
     damping_ratio: float = Field(default=0.6, gt=0.0)
-    """[-; 0.3 to 2]."""
+    """[-; 0.3 to 2] damping ratio."""
     rate_limit: float = Field(gt=0.0, le=2.0)
     """[rad/s; 0.02 to 5 at 100 m] of the blade."""
     minimum: float = Field(gt=-1.6, lt=1.6)
@@ -585,23 +585,23 @@ class TorqueControl(Record):
     """
 
     cut_in_speed: float = Field(ge=0.0)
-    """[rad/s]."""
+    """[rad/s] generator speed at which the torque begins."""
     optimal_speed: float = Field(gt=0.0)
     """[rad/s] start of region 2."""
     rated_speed: float = Field(gt=0.0)
     """[rad/s] start of region 3."""
     optimal_gain: float = Field(gt=0.0)
-    """[N m s^2/rad^2]."""
+    """[N m s^2/rad^2] torque over speed squared in region 2."""
     slip: float = Field(gt=0.0, lt=1.0)
     """[-; 0.005 to 0.2] slip of region 2 1/2."""
     rated_power: float = Field(gt=0.0)
-    """[W] mechanical."""
+    """[W] mechanical rated power."""
     maximum_torque: float = Field(gt=0.0)
-    """[N m]."""
+    """[N m] torque limit."""
     rate_limit: float = Field(gt=0.0)
-    """[N m/s]."""
+    """[N m/s] torque rate limit."""
     power_pitch: float = Field(default=0.0, ge=0.0)
-    """[rad; 0.006 to 0.2]."""
+    """[rad; 0.006 to 0.2] pitch above which region 3 holds at all speeds."""
     hold: Literal["power", "torque"] = "power"
     """What region 3 holds: rated power, or the torque that gives rated power at the reference speed of the pitch."""
 
@@ -652,7 +652,7 @@ class BaselineControl(Record):
     source: str = ""
 
 
-class Turbine(Machine):
+class Turbine(TurbineBase):
     """A horizontal-axis wind turbine on land, on a pile in the sea, or on a floating platform."""
 
     n_blades: int = Field(default=3, ge=1)
@@ -729,16 +729,16 @@ class Turbine(Machine):
 
     @property
     def rotor_radius(self) -> float:
-        """[m] from the shaft to the tip of the undeflected blade, without cone."""
+        """Rotor radius [m] to the tip of the undeflected blade, without cone."""
         return self.hub.radius + self.blade.length
 
     @property
     def rotor_diameter(self) -> float:
-        """[m] rotor diameter."""
+        """Rotor diameter [m]."""
         return 2.0 * self.rotor_radius
 
     @property
     def hub_height(self) -> float:
-        """[m] of the rotor apex above ground."""
+        """Height [m] of the rotor apex above ground."""
         n = self.nacelle
         return self.tower.base_height + self.tower.length + n.shaft_height + n.overhang * math.sin(n.tilt)

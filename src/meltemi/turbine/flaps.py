@@ -1,7 +1,7 @@
 """The flap of He et al. (2018) on the NREL 5 MW: data, and turbines with flaps.
 
 Increments of a NACA 64-618 with a flap of 10 % of the chord: XFOIL 6.99, Re 8e6, M 0.15, Ncrit 9, hinge at
-mid-thickness. They are taken as increments because the section's own polar has been corrected for rotation and stall.
+mid-thickness. Increments are used because the polar of the section has been corrected for rotation and stall.
 """
 
 from __future__ import annotations

@@ -61,12 +61,12 @@ class PlanetaryStage(Record):
 
     @property
     def planet_radius(self) -> float:
-        """[m] of the pitch circle."""
+        """Radius [m] of the pitch circle."""
         return (0.5 * self.ratio - 1.0) * self.sun_radius
 
     @property
     def ring_radius(self) -> float:
-        """[m] of the pitch circle."""
+        """Radius [m] of the pitch circle."""
         return (self.ratio - 1.0) * self.sun_radius
 
     @property
@@ -113,7 +113,7 @@ class Gearbox(Record):
 
     @property
     def ratios(self) -> tuple[float, ...]:
-        """[-] of the stages, without sign."""
+        """Ratios [-] of the stages, without sign."""
         return tuple(s.ratio for s in self.stages)
 
     @property
@@ -123,7 +123,7 @@ class Gearbox(Record):
 
     @property
     def ratio(self) -> float:
-        """[-] ratio of the complete gearbox, without sign."""
+        """Ratio [-] of the complete gearbox, without sign."""
         return math.prod(self.ratios)
 
     @property
@@ -173,8 +173,8 @@ def size_gearbox(
 ) -> Gearbox:
     """Size a gearbox of plausible inertia and stiffness for a turbine without gearbox data.
 
-    Gears: the sun (pinion) is as large as the pitting of ISO 6336-2 asks for, with the constants of this module; mesh
-    stiffness is 20 N/(mm um) of face width (ISO 6336-1); three to five planets, as many as have room. Shafts: solid, 50
+    Gears: the sun (pinion) is sized for pitting according to ISO 6336-2, with the constants of this module; mesh
+    stiffness is 20 N/(mm um) of face width (ISO 6336-1); three to five planets, as space permits. Shafts: solid, 50
     MPa at rated torque. Stages: planetary, of equal ratio up to 7.5; above an overall ratio of 50 a parallel stage of
     4 comes last. Inertia: sun and pinion solid, planets with a bore of 0.6 (their bearings count as mass), carrier two
     discs, wheel a rim with a web.
@@ -182,8 +182,8 @@ def size_gearbox(
     Args:
       ratio: generator over rotor speed [-].
       rated_torque: [N m] on the low-speed shaft.
-      planetary: ratios of the planetary stages, if they are known.
-      parallel: ratio of a parallel stage behind them.
+      planetary: ratios of the planetary stages, if known.
+      parallel: ratio of a parallel stage after them.
       width_ratio: face width over diameter of sun and pinion [-].
 
     Returns:
@@ -205,8 +205,8 @@ def size_gearbox(
         rest = ratio / (parallel or 1.0)
         n = max(1, math.ceil(math.log(rest) / math.log(LARGEST_STAGE) - 1e-9))
         planetary = n * [rest ** (1.0 / n)]
-    found = math.prod(planetary) * (parallel or 1.0)
-    if abs(found - ratio) > 1e-3 * ratio or min(planetary) <= LEAST_STAGE:
+    total = math.prod(planetary) * (parallel or 1.0)
+    if abs(total - ratio) > 1e-3 * ratio or min(planetary) <= LEAST_STAGE:
         stages = " x ".join(f"{r:.4g}" for r in (*planetary, *([] if parallel is None else [parallel])))
         raise InputError(
             f"size_gearbox: stages of {stages} do not make a ratio of {ratio:g} with planetary stages above "
@@ -250,7 +250,7 @@ def _disc(width: float, outer: float, inner: float = 0.0) -> float:
 def _planetary(ratio: float, torque: float, width_ratio: float) -> PlanetaryStage:
     """Size a planetary stage for a torque [N m] on its carrier."""
     u = 0.5 * ratio - 1.0
-    # neighbours must not touch: half their distance, orbit times sin(pi/n), exceeds the planet's radius by a tenth
+    # adjacent planets must not touch: half their distance, orbit times sin(pi/n), exceeds the planet radius by a tenth
     planets = max(n for n in SHARING if n == min(SHARING) or math.sin(math.pi / n) >= 1.1 * (ratio - 2.0) / ratio)
     d = _pinion_diameter(torque / ratio, SHARING[planets] / planets, u, width_ratio)
     sun, width = 0.5 * d, width_ratio * d

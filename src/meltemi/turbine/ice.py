@@ -1,4 +1,4 @@
-"""Record of the ice on a rotor; its effects stand in ``icing.py``. Reference: docs/guide/icing.md."""
+"""Record of the ice on a rotor; its effects are in ``icing.py``. Reference: docs/guide/icing.md."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Icing(Record):
         """Numbers (from 1) of the iced blades of a rotor.
 
         Raises:
-          ValueError: one of them is not there.
+          ValueError: the rotor has no such blade.
         """
         everywhere = tuple(range(1, n_blades + 1))
         if self.blades is None:

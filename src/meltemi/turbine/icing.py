@@ -31,7 +31,7 @@ def with_ice(turbine: Turbine, icing: Icing | None) -> Turbine:
     """Replace the ice of a turbine; None removes it.
 
     Raises:
-      InputError: the rotor does not have such a blade, or the turbine has no blades that could carry ice.
+      InputError: the rotor has no such blade, or the turbine has no blades.
     """
     if "icing" not in type(turbine).model_fields:
         raise InputError(f"{turbine.name}: ice needs a turbine with blades, this one is only a power coefficient")
@@ -75,8 +75,8 @@ def ice_stations(turbine: Turbine) -> Float:
     """(n,) [m] distances from the blade root between which the ice mass is linear."""
     kink = min(REACH.values()) * turbine.rotor_radius - turbine.hub.radius
     blade = turbine.blade
-    found: Float = np.unique(np.concatenate([blade.aerodynamics.position, blade.structure.position, [kink]]))
-    return found[(found >= 0.0) & (found <= blade.length)]
+    stations: Float = np.unique(np.concatenate([blade.aerodynamics.position, blade.structure.position, [kink]]))
+    return stations[(stations >= 0.0) & (stations <= blade.length)]
 
 
 def leading_edge(blade: Blade, position: Float) -> Float:
@@ -88,7 +88,7 @@ def leading_edge(blade: Blade, position: Float) -> Float:
     zero = np.zeros(len(a.position))
     quarter, twist = 0.25 * np.interp(position, a.position, a.chord), np.interp(position, a.position, a.twist)
     centre = [np.interp(position, a.position, zero if c is None else c) for c in (a.centre_x, a.centre_y)]
-    # a positive twist turns the nose into the wind, so that the chord points downwind at its end
+    # positive twist rotates the leading edge into the wind, so the trailing edge points downwind
     result: Float = np.stack([centre[0] - quarter * np.sin(twist), centre[1] - quarter * np.cos(twist)], axis=1)
     return result
 
@@ -96,7 +96,7 @@ def leading_edge(blade: Blade, position: Float) -> Float:
 def penalty_share(turbine: Turbine, icing: Icing, position: Float) -> Float:
     """(n,) fraction of the full penalties at distances [m] from the blade root (I-4)."""
     x = (turbine.hub.radius + np.asarray(position, dtype=float)) / turbine.rotor_radius
-    # at the least a step
+    # at least a small step
     width = max(icing.penalty_full - icing.penalty_begin, 1e-9)
     result: Float = np.clip((x - icing.penalty_begin) / width, 0.0, 1.0)
     return result

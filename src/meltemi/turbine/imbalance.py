@@ -1,4 +1,4 @@
-"""Record of what makes the blades of a rotor unequal. Reference: docs/guide/turbine-file.md."""
+"""Record of differences between the blades of a rotor. Reference: docs/guide/turbine-file.md."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ def deviations(turbine: Any, name: str) -> NDArray[np.float64]:
     """(n_blades,) deviations ``pitch`` [rad] or ``mass`` [-] of the blades of a turbine.
 
     Raises:
-      ValueError: more blades are listed than there are.
+      ValueError: more blades are listed than the rotor has.
     """
     imbalance: Imbalance | None = getattr(turbine, "imbalance", None)
-    given, found = () if imbalance is None else getattr(imbalance, name), np.zeros(turbine.n_blades)
-    if len(given) > len(found):
-        raise ValueError(f"imbalance.{name} lists {len(given)} blades; the rotor has {len(found)}")
-    found[: len(given)] = given
-    return found
+    given, values = () if imbalance is None else getattr(imbalance, name), np.zeros(turbine.n_blades)
+    if len(given) > len(values):
+        raise ValueError(f"imbalance.{name} lists {len(given)} blades; the rotor has {len(values)}")
+    values[: len(given)] = given
+    return values

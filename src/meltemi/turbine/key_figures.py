@@ -23,7 +23,7 @@ def key_figures(turbine: Any) -> list[tuple[str, str]]:
     )
     actuator = turbine.pitch_actuator
     lowest, highest, rate = (x * to_degrees for x in (actuator.minimum, actuator.maximum, actuator.rate_limit))
-    found = [
+    figures = [
         ("rated power", f"{turbine.rated_power / 1e6:.4g} MW"),
         ("rotor diameter", f"{turbine.rotor_diameter:.4g} m"),
         ("hub height", f"{turbine.hub_height:.4g} m"),
@@ -35,5 +35,5 @@ def key_figures(turbine: Any) -> list[tuple[str, str]]:
     ]
     blade = getattr(turbine, "blade", None)
     flaps = f", {len(turbine.flaps)} flaps each" if turbine.flaps else ""
-    found.insert(3, ("blades", f"{turbine.n_blades}" + (f" of {blade.length:.4g} m{flaps}" if blade else "")))
-    return found
+    figures.insert(3, ("blades", f"{turbine.n_blades}" + (f" of {blade.length:.4g} m{flaps}" if blade else "")))
+    return figures

@@ -25,26 +25,26 @@ class LibraryEntry(Record):
     """Summary of a library turbine, available without loading it."""
 
     file: str
-    """The turbine, or what its windIO file or HAWC2 model lacks."""
+    """File of the turbine, or of the data that its windIO file or HAWC2 model lacks."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
     """Aeroelastic, or with a power coefficient."""
     base: str | None = None
-    """Turbine of the library that the file changes; without it the file is whole."""
+    """Library turbine that the file modifies; without it the file is complete."""
     windio: str | None = None
     """File of the windIO package that it is read from."""
     hawc2: str | None = None
     """Main file of the HAWC2 model that it is read from."""
     rated_power: float
-    """[W] electrical."""
+    """[W] electrical rated power."""
     rotor_diameter: float
-    """[m]."""
+    """[m] rotor diameter."""
     hub_height: float
     """[m]."""
     source: str
     licence: str
-    """Of the data."""
+    """Licence of the data."""
     verified: str
-    """What has been compared with other sources."""
+    """Comparisons with other sources."""
 
 
 @cache
@@ -60,10 +60,10 @@ def list_turbines() -> list[str]:
 
 
 def packages_of(name: str) -> tuple[str, ...]:
-    """Optional packages that have the data of a library turbine; none for others."""
+    """Optional packages that provide the data of a library turbine; empty for others."""
     entry = library_entries().get(name)
-    own = () if entry is None or entry.windio is None else ("windIO",)
-    return own if entry is None or entry.base is None else packages_of(entry.base)
+    packages = () if entry is None or entry.windio is None else ("windIO",)
+    return packages if entry is None or entry.base is None else packages_of(entry.base)
 
 
 @overload
@@ -76,8 +76,8 @@ def load_turbine(name: str | Path) -> AnyTurbine:
     """Load a turbine from the library by name, or from a YAML file, OpenFAST deck (.fst) or HAWC2 model (.htc) by path.
 
     Raises:
-      InputError: no such turbine or file, or the file does not describe a valid turbine, or the turbine's data are in
-        the windIO package, which is not installed.
+      InputError: the turbine or file does not exist, the file does not describe a valid turbine, or the turbine's data
+        are in the windIO package, which is not installed.
     """
     if str(name) in library_entries():
         return _from_library(str(name))
@@ -122,9 +122,9 @@ def read_turbine(path: Path) -> AnyTurbine:
     text = read_text(path)
     data = parse(text, path, "a turbine")
     for part, key in (("platform", "coefficients"), ("control", "discon")):
-        if isinstance(own := data.get(part), dict):  # files of it are beside the turbine's
-            found = str(path.absolute().parent / str(own.get(key) or "-"))
-            own |= {key: found} if any(Path(found + end).is_file() for end in ("", ".1")) else {}
+        if isinstance(content := data.get(part), dict):  # files of it are beside the turbine's
+            full_path = str(path.absolute().parent / str(content.get(key) or "-"))
+            content |= {key: full_path} if any(Path(full_path + end).is_file() for end in ("", ".1")) else {}
     if "coefficient" in data and "blade" not in data:
         from meltemi.turbine.power_turbine import PowerTurbine
 

@@ -1,9 +1,9 @@
 """Plausibility check of turbine data, to detect wrong units and powers of ten.
 
-Each number has its usual range beside its unit (``core.usual``). Here is what numbers say about each other: power,
-torque and speed, mass and stiffness of a steel tube, frequencies over the speed of the rotor, to which those of similar
-rotors are in proportion (Burton et al. 2011, section 5.1). Bands are so wide that a turbine beyond them is either wrong
-or very special; those of the library, of turbines scaled from it, and of ROSCO's decks are in brackets.
+Usual ranges of single values are stated with their units (``core.usual``). This module checks relations of values:
+power, torque and speed, mass and stiffness of a steel tube, frequencies over rotor speed, which are proportional for
+similar rotors (Burton et al. 2011, section 5.1). Ranges are so wide that a turbine outside is either wrong or very
+special; those of the library, of turbines scaled from it, and of ROSCO's decks are in brackets.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ SLENDER = 0.05
 
 
 def doubt(key: str, what: str, value: float, least: float, most: float) -> str:
-    """A sentence about a ratio beyond the range that it has in similar turbines; empty within."""
+    """A sentence about a ratio outside its range in similar turbines; empty if inside."""
     usual = least <= value <= most
     return "" if usual else f"{key}: {what} is {value:.3g}; usual is {least:g} to {most:g}"
 
 
-@np.errstate(all="ignore")  # a frequency that overflows is outside of its range
+@np.errstate(all="ignore")  # an overflowing frequency is outside its range
 def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     """Warnings about turbine data that are implausible for its size, and about units in its control.
 
@@ -47,17 +47,17 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
     """
     if not hasattr(turbine, "rated_power"):
         raise InputError(f"turbine: expected a turbine, found {type(turbine).__name__}")
-    said = [*unusual_numbers(turbine, diameter=turbine.rotor_diameter), *_machine(turbine)]
-    if not turbine.control.pitch.proportional_gain:  # blades that never pitch: most of its control stands in
-        said = [words for words in said if not words.startswith(("control.", "pitch_actuator."))]
+    sentences = [*unusual_numbers(turbine, diameter=turbine.rotor_diameter), *_machine(turbine)]
+    if not turbine.control.pitch.proportional_gain:  # fixed-pitch blades: most control values are placeholders
+        sentences = [words for words in sentences if not words.startswith(("control.", "pitch_actuator."))]
     if (electrical := turbine.electrical) is not None and not electrical.forced:
-        said += [*electrical.problems(), *_electrical(electrical, turbine.control.torque.rated_power)]
+        sentences += [*electrical.problems(), *_electrical(electrical, turbine.control.torque.rated_power)]
     if isinstance(turbine, Turbine):
-        said += [*_blade(turbine), *_tower(turbine), *_airfoils(turbine)]
-        said += [] if (below := turbine.support or turbine.platform) is None else below.doubts(turbine)
+        sentences += [*_blade(turbine), *_tower(turbine), *_airfoils(turbine)]
+        sentences += [] if (below := turbine.support or turbine.platform) is None else below.doubts(turbine)
     elif turbine.coefficient.kind == "table":
-        said += _table(turbine.coefficient)
-    return tuple(f"{words}; is its unit right?" for words in said if words)
+        sentences += _table(turbine.coefficient)
+    return tuple(f"{words}; is its unit right?" for words in sentences if words)
 
 
 def _machine(turbine: AnyTurbine) -> Iterator[str]:
@@ -126,8 +126,8 @@ def _electrical(system: ElectricalSystem, rated: float) -> Iterator[str]:
     yield doubt("electrical.machine.resistance", "loss over rated power", share, 0.002, 0.08)  # [0.02]
     share = machine.rated_frequency * machine.inductance * machine.rated_current / machine.rated_emf
     yield doubt("electrical.machine.inductance", "reactance over rated impedance", share, 0.1, 2.0)  # [0.5, 0.71]
-    for name, own in (("machine", machine.rated_current), ("grid", current)):
-        share = getattr(system, f"{name}_converter").current / own
+    for name, rated_current in (("machine", machine.rated_current), ("grid", current)):
+        share = getattr(system, f"{name}_converter").current / rated_current
         yield doubt(f"electrical.{name}_converter.current", "limit over rated current", share, 1.0, 4.0)  # [1.15, 1.2]
     store = 0.5 * link.capacitance * link.voltage**2 / power
     yield doubt("electrical.dc_link.capacitance", "its energy over rated power [s]", store, 1e-3, 0.3)  # [0.02]
@@ -154,8 +154,8 @@ def _blade(turbine: Turbine) -> Iterator[str]:
         assert blade.flap_stiffness is not None and blade.mass is not None
         bending, line, given = blade.flap_stiffness, blade.mass, (blade.axial_stiffness, blade.torsion_stiffness)
         stretch, twist = (np.nan if values is None else float(values[0]) for values in given)
-    found = bending_frequency(blade.position, line, bending) / turbine.rated_rotor_speed
-    yield doubt("blade", f"its {FREQUENCY}", found, 2.2, 6.5)  # [3, 4.4]
+    frequency = bending_frequency(blade.position, line, bending) / turbine.rated_rotor_speed
+    yield doubt("blade", f"its {FREQUENCY}", frequency, 2.2, 6.5)  # [3, 4.4]
     width, stiff = float(aero.chord[0]), float(bending[0])
     share = 8.0 * stiff / (float(line[0]) * width**2)
     yield doubt("blade.structure.flap_stiffness", f"at the root {MODULUS}", share, 6e6, 5e7)  # [1.4e7, 2.9e7]
@@ -180,14 +180,14 @@ def _tower(turbine: Turbine) -> Iterator[str]:
     mass, inertia = blade_moments(turbine.blade.structure, hub.radius)
     rotor = hub.mass + turbine.n_blades * mass
     softer = np.minimum(tower.fore_aft_stiffness, tower.side_side_stiffness)
-    found = bending_frequency(tower.position, tower.mass, softer, nacelle.mass + rotor) / speed
-    yield doubt("tower", f"its {FREQUENCY}", found, 0.5, 5.0)  # [1.1, 3.1]
+    frequency = bending_frequency(tower.position, tower.mass, softer, nacelle.mass + rotor) / speed
+    yield doubt("tower", f"its {FREQUENCY}", frequency, 0.5, 5.0)  # [1.1, 3.1]
     about = 0.5 * (hub.inertia + turbine.n_blades * inertia) + rotor * nacelle.overhang**2 + nacelle.yaw_inertia
-    found = sqrt(yaw.stiffness / about)
+    frequency = sqrt(yaw.stiffness / about)
     yield doubt(
-        "yaw.stiffness", "frequency of the nacelle over rated rotor speed", found / speed, 1.2, 36.0
+        "yaw.stiffness", "frequency of the nacelle over rated rotor speed", frequency / speed, 1.2, 36.0
     )  # [1.3, 15]
-    share = 0.5 * yaw.damping * found / yaw.stiffness
+    share = 0.5 * yaw.damping * frequency / yaw.stiffness
     yield doubt("yaw.damping", "its ratio", share, 5e-4 * bool(share), 0.08)  # [0.0015, 0.02]
     for name in ("fore_aft", "side_side"):
         share = float(np.median(8.0 * getattr(tower, f"{name}_stiffness") / (tower.mass * d**2)))
@@ -199,12 +199,12 @@ def _tower(turbine: Turbine) -> Iterator[str]:
 
 
 def _airfoils(turbine: Turbine) -> Iterator[str]:
-    """Coefficients of sections that lift; across the flow they have those of a flat plate (Hoerner 1965)."""
-    told: dict[str, str] = {}
+    """Coefficients of lifting sections; normal to the flow they are those of a flat plate (Hoerner 1965)."""
+    sentences: dict[str, str] = {}
     for name, airfoil in turbine.airfoils.items():
         least, drag = float(airfoil.drag.min()), f"airfoils.{name}.drag"
         if least < 0.0:
-            told.setdefault("sign", f"{drag}: {least:.3g} is negative: a section that drives itself")
+            sentences.setdefault("sign", f"{drag}: {least:.3g} is negative: a section that drives itself")
         elif airfoil.dynamic_stall and 0.0 < least < SLENDER:
             for key, low, high in (
                 ("lift", 0.7, 3.0),
@@ -213,12 +213,12 @@ def _airfoils(turbine: Turbine) -> Iterator[str]:
             ):  # [1.4, 2], [0.43, 0.5]
                 largest = float(np.abs(getattr(airfoil, key)).max())
                 if words := largest and doubt(f"airfoils.{name}.{key}", "its largest", largest, low, high):
-                    told.setdefault(key, words)
-    yield from told.values()
+                    sentences.setdefault(key, words)
+    yield from sentences.values()
 
 
 def bending_frequency(position: ArrayLike, mass: ArrayLike, stiffness: ArrayLike, tip_mass: float = 0.0) -> float:
-    """[rad/s] first bending frequency of a cantilever by Rayleigh's quotient, with its shape under self-weight.
+    """First bending frequency [rad/s] of a cantilever by Rayleigh's quotient, with its shape under self-weight.
 
     Args:
       position: (n,) [m]; mass: (n,) [kg/m]; stiffness: (n,) [N m^2].

@@ -1,8 +1,8 @@
 """Turbines described by a power coefficient instead of blades, and the models of that coefficient.
 
-Such a turbine has a rotor of one number, C_p(tip-speed ratio, pitch), a shaft, pitch actuators, a yaw drive and a
-control; no blade, no tower, no loads. It takes the same winds, controllers and events as an aeroelastic one and runs
-thousands of times faster than real time.
+Such a turbine has a rotor with a coefficient C_p(tip-speed ratio, pitch), a shaft, pitch actuators, a yaw drive and a
+controller; no blades, no tower, no loads. It supports the same winds, controllers and events as an aeroelastic turbine
+and runs thousands of times faster than real time.
 
 Reference: docs/theory/power-turbines.md; Palanimuthu et al. (2022), Energies 15(21):8161.
 """
@@ -21,7 +21,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Array, Record, Vector
 from meltemi.turbine.checks import above_ground, ordered
 from meltemi.turbine.definition import BaselineControl, Flap, PitchActuator, Turbine, YawDrive
-from meltemi.turbine.representation import Machine
+from meltemi.turbine.representation import TurbineBase
 
 if TYPE_CHECKING:
     from meltemi.turbine import ElectricalSystem
@@ -48,7 +48,7 @@ class HeierCoefficient(Record):
 
     @cached_property
     def peak(self) -> tuple[float, float]:
-        """Tip-speed ratio and coefficient of the formula's own maximum at zero pitch."""
+        """Tip-speed ratio and coefficient of the maximum of the unscaled formula at zero pitch."""
         from scipy.optimize import brentq
 
         c1, c2, _, c4, c5, c6 = self.constants
@@ -77,7 +77,8 @@ class CalibratedCoefficient(Record):
 
     C_p = 0.979372 (116 x - 6.363840) exp(-37.744134 x) + 0.0375390 l,   x = 1/l - 0.035
 
-    It is known for tip-speed ratios from 7 to 11.5 and zero pitch only: a run that leaves them ends with a status.
+    It is valid for tip-speed ratios from 7 to 11.5 and zero pitch only: a run that leaves this range ends with a
+    status.
     """
 
     kind: Literal["calibrated"] = "calibrated"
@@ -96,9 +97,9 @@ class TableCoefficient(Record):
     pitch: Vector
     """(m,) [rad; 0.05 to 1.6] increasing."""
     power: Array
-    """(n, m)."""
+    """(n, m) power coefficients."""
     thrust: Array | None = None
-    """(n, m); without it the turbine has no thrust."""
+    """(n, m) thrust coefficients; without them the turbine has no thrust."""
     source: str = ""
 
     @model_validator(mode="after")
@@ -159,11 +160,11 @@ class Shaft(Record):
 
     @property
     def inertia(self) -> float:
-        """[kg m^2] inertia of rotor and generator, referred to the low-speed shaft."""
+        """Inertia [kg m^2] of rotor and generator, referred to the low-speed shaft."""
         return self.rotor_inertia + self.gear_ratio**2 * self.generator_inertia
 
 
-class PowerTurbine(Machine):
+class PowerTurbine(TurbineBase):
     """A horizontal-axis wind turbine described by a power coefficient."""
 
     n_blades: int = Field(default=3, ge=2, le=3)
@@ -209,7 +210,7 @@ class PowerTurbine(Machine):
 
     @property
     def rotor_diameter(self) -> float:
-        """[m] rotor diameter."""
+        """Rotor diameter [m]."""
         return 2.0 * self.rotor_radius
 
 

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from meltemi.core.representation import Card
 
 
-class Machine(Record, Viewed):
-    """Base of the records of whole turbines."""
+class TurbineBase(Record, Viewed):
+    """Base class of turbine records."""
 
     name: str
     description: str = ""
@@ -25,7 +25,7 @@ class Machine(Record, Viewed):
 
     @property
     def rated_rotor_speed(self) -> float:
-        """[rad/s] rotor speed that the controller holds at rated power."""
+        """Rotor speed [rad/s] that the controller maintains at rated power."""
         return float(self.control.pitch.reference_speed / self.drivetrain.gear_ratio)
 
     def __repr__(self) -> str:
@@ -34,7 +34,7 @@ class Machine(Record, Viewed):
         return f"<{type(self).__name__} {summary(self)}>"
 
     def card(self) -> Card:
-        """The key figures, then all parts, folded."""
+        """Card with the key figures and folded sections of all parts."""
         from meltemi.core.representation import Fold, record_card
         from meltemi.turbine.key_figures import key_figures
 

@@ -39,17 +39,17 @@ def thickness_in(name: str) -> float | None:
     """
     for pattern, value in NAMES:
         # decks that list an airfoil twice add underscores
-        if said := re.fullmatch(pattern, name.rstrip("_"), re.IGNORECASE):
-            return value * float(said[1]) if said.groups() else value
+        if match := re.fullmatch(pattern, name.rstrip("_"), re.IGNORECASE):
+            return value * float(match[1]) if match.groups() else value
     return None
 
 
 def _of(turbine: Turbine, name: str) -> float:
     given = turbine.airfoils[name].relative_thickness
-    found = thickness_in(name) if given is None else given
-    if found is None:
+    thickness = thickness_in(name) if given is None else given
+    if thickness is None:
         raise InputError(
             f"{turbine.name}: airfoils.{name}: relative_thickness is missing, and the name does not contain it; "
             "rain requires it for the projected height of the section"
         )
-    return found
+    return thickness

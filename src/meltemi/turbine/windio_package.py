@@ -1,4 +1,4 @@
-"""Turbines that the windIO package brings."""
+"""Turbines of the windIO package."""
 
 from __future__ import annotations
 

@@ -43,9 +43,9 @@ def generate_field(
     """Generate the field of a turbulent wind.
 
     Args:
-      wind: what it shall be.
+      wind: turbulent wind.
       size: a turbine, which the grid then covers with its tower, or the grid itself.
-      duration: [s] of the run it is for.
+      duration: [s] duration of the run.
       progress: callback with the completed fraction.
 
     Raises:
@@ -141,8 +141,8 @@ def _mann(wind: TurbulentWind, grid: WindGrid, f: Float, variances: Float) -> Sp
     unit = wind.intensity**2 * wind.speed**2 / point.variances[0] * k1[0]  # variance of a step of k1
 
     def coherent() -> Iterator[tuple[slice, Complex, Float]]:
-        made = mann.sheared_fields(some, grid, length, mann.GAMMA, wind.seed, FIELD_STREAM)
-        for m, (fields, covered) in enumerate(made):
+        velocities = mann.sheared_fields(some, grid, length, mann.GAMMA, wind.seed, FIELD_STREAM)
+        for m, (fields, covered) in enumerate(velocities):
             yield slice(m, m + 1), math.sqrt(unit) * fields[:, None], unit * covered[:, None]
 
     def with_hub(m: int) -> Complex:

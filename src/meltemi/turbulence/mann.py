@@ -196,9 +196,9 @@ def graded(k1: float, highest: float, width: float) -> tuple[Float, Float]:
     Their spacing is 1/h = 1/(2 pi / period) + 1/(GRADING hypot(k, CORE k1)): the midpoint rule in a smooth coordinate.
 
     Args:
-      k1: of the frequency.
+      k1: longitudinal wave number of the frequency.
       highest: up to which they reach.
-      width: of the grid; the period of the sum is longer by what the field needs to forget.
+      width: width of the grid; the period of the sum is longer by the decay length of the correlation.
     """
     widest = 2.0 * pi / (width + REACH / np.hypot(k1, 1.0))
     core = CORE * k1

@@ -22,8 +22,8 @@ Complex = NDArray[np.complex128]
 def hub_amplitudes(wind: TurbulentWind, grid: WindGrid, n: int) -> dict[int, Complex]:
     """Complex amplitudes (n / 2 + 1,) of the measured components at the hub, without the mean wind.
 
-    The box is a ring in time. Where nothing was measured the series is continued by what is random under the
-    condition of what was (W-21): the precision matrix of a stationary series on a ring is circulant, so the gap is the
+    The box is periodic in time. Gaps of the measurement are filled with random values conditioned on the
+    measured ones (W-21): the precision matrix of a stationary series on a ring is circulant, so the gap is the
     solution of a Toeplitz system.
     """
     series = wind.hub_series
@@ -56,7 +56,7 @@ def _continued(series: Float, known: NDArray[np.bool_], variance: Float, seed: i
     add_noise(amplitudes, np.sqrt(variance[1:-1]), seed, 0, GAP_STREAM + component)
     free = fft.irfft(amplitudes[0], n, norm="forward")
     precision = fft.irfft(1.0 / variance, n)
-    begin = int(np.flatnonzero(known & ~np.roll(known, -1))[0]) + 1  # of the gap
+    begin = int(np.flatnonzero(known & ~np.roll(known, -1))[0]) + 1  # precision matrix of the gap
     gap = (begin + np.arange(n - int(known.sum()))) % n
     difference = np.where(known, series - free, 0.0)
     pull = fft.irfft(fft.rfft(difference) / variance, n)

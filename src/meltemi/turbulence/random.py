@@ -1,4 +1,4 @@
-"""Random numbers that are a function of their address: no state, no order, the same on every platform.
+"""Random numbers as a function of an address: stateless, order-independent, equal on every platform.
 
 The bits are those of Philox 4x32-10 (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3"): a block
 cipher of ten rounds turns an address of four 32-bit numbers, under a key, into four random ones. The key is the

@@ -21,7 +21,7 @@ class Edition:
 
     Attributes:
       scale_slope, scale_height: the scale parameter is slope times height below that height [m], constant above.
-      decay: of the coherence [-].
+      decay: decay constant of the coherence [-].
       coherence_lengths: coherence scale of (Kaimal, von Karman) over the scale parameter.
     """
 
@@ -89,9 +89,9 @@ def densities(spectrum: Literal["kaimal", "vonkarman"], f: Float, speed: float, 
     """(3, F) one-sided densities [m^2/s^2/Hz] of u, v, w.
 
     Args:
-      spectrum: which.
+      spectrum: name of the spectrum.
       f: (F,) frequencies [Hz].
-      speed: [m/s] mean.
+      speed: [m/s] mean wind speed.
       sigma: [m/s] standard deviation of u.
       scale: [m] scale parameter.
     """

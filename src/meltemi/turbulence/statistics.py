@@ -1,8 +1,8 @@
 """Wind statistics: moments, scales, spectra and coherence of a field, range of a uniform series.
 
-A field is judged in the axes of its box: u along the box's direction, v to the left looking downwind, w upwards. With
-veer the mean wind of a row turns away from u; its mean then shows in v, and the deviations of that row are still those
-along and across the box, not along and across the row's own wind.
+A field is evaluated in the axes of its box: u along the direction of the box, v to the left looking downwind, w
+upwards. With veer the mean wind of a row deviates from u; it then has a mean v, and the deviations of that row are
+still those along and across the box, not along and across the mean wind of the row.
 
 Series of files need not be periodic. Their periodograms are taken without a taper, so that they hold the variance of
 the series exactly: the jump between end and begin leaks like f^-2, below 1 % of a -5/3 spectrum after ten minutes.
@@ -45,15 +45,15 @@ class FieldStatistics:
     """Moments and scales of a turbulent field, components in the order u, v, w of the box.
 
     Attributes:
-      row, column: of the point nearest to the hub.
-      height: [m] of that point.
+      row, column: indices of the point nearest to the hub.
+      height: [m] height of that point.
       speed: [m/s] magnitude of the mean horizontal velocity at the hub.
-      direction: [rad] from which that velocity comes, clockwise from above, the box's own direction included.
-      mean, std, lowest, highest: (Z, Y, 3) [m/s] of each point over time.
+      direction: [rad] wind direction of that velocity, clockwise from above, including the direction of the box.
+      mean, std, lowest, highest: (Z, Y, 3) [m/s] statistics of each point over time.
       covariance: (3, 3) [m^2/s^2] at the hub.
       hub_time_scale, grid_time_scale: (3,) [s] integral of the autocorrelation up to its first zero, at the hub and of
         the autocorrelation averaged over the grid; NaN for a component that is constant.
-      travel: [m/s] with which the field is carried past.
+      travel: [m/s] convection speed of the field.
     """
 
     row: int
@@ -82,7 +82,7 @@ class FieldStatistics:
 
     @property
     def grid_length_scale(self) -> Float:
-        """(3,) [m] likewise of the whole grid."""
+        """(3,) [m] length scale of the whole grid: time scale times the convection speed."""
         return self.grid_time_scale * self.travel
 
 
@@ -93,7 +93,7 @@ class SeriesStatistics:
     Attributes:
       names: columns; those of a series, after ``hub_speed``, which is speed and gust together.
       mean, std, lowest, highest: (columns,) in m/s, rad or none, each instant counting for as long as it lasts.
-      duration: [s].
+      duration: [s] duration of the series.
     """
 
     names: tuple[str, ...]
@@ -105,7 +105,7 @@ class SeriesStatistics:
 
     @property
     def direction_range(self) -> float:
-        """[rad] between the extreme directions."""
+        """Angle [rad] between the extreme directions."""
         i = self.names.index("direction")
         return float(self.highest[i] - self.lowest[i])
 
@@ -116,7 +116,7 @@ class SpectrumEstimate:
 
     Attributes:
       f: (B,) [Hz] geometric middle of each band.
-      density: (B,) [m^2/s^2/Hz].
+      density: (B,) [m^2/s^2/Hz] one-sided density.
       count: (B,) periodogram values that were averaged. At one point they are independent, so the standard error is
         density / sqrt(count); over a grid they are not where eddies are as large as the grid, and the error is larger.
     """
@@ -133,7 +133,7 @@ class CoherenceEstimate:
     Attributes:
       separation: (S,) [m] multiples of the grid's step.
       f: (B,) [Hz] geometric middle of each band.
-      coherence: (S, B) [-] between -1 and 1.
+      coherence: (S, B) [-] co-coherence between -1 and 1.
       count: (S, B) products that were averaged: frequencies times pairs of points.
     """
 
@@ -207,7 +207,7 @@ def _moments(box: WindBox) -> tuple[Float, Float, Float, Float]:
     """(Z, Y, 3) mean, standard deviation, minimum and maximum, computed in blocks of planes."""
     v = box.velocity.reshape(len(box.velocity), -1)
     step = max(VALUES_AT_ONCE // v.shape[1], 1)
-    first = v[0].astype(np.float64)  # near the mean: no digits are lost in the squares
+    first = v[0].astype(np.float64)  # offset near the mean avoids loss of digits in the squares
     total, squares = np.zeros_like(first), np.zeros_like(first)
     lowest, highest = v[0].copy(), v[0].copy()
     for begin in range(0, len(v), step):
@@ -220,8 +220,8 @@ def _moments(box: WindBox) -> tuple[Float, Float, Float, Float]:
     total /= len(v)
     variance = np.maximum(squares / len(v) - total**2, 0.0)
     shape = box.velocity.shape[1:]
-    found = (first + total, np.sqrt(variance), lowest.astype(np.float64), highest.astype(np.float64))
-    return tuple(values.reshape(shape) for values in found)
+    moments = (first + total, np.sqrt(variance), lowest.astype(np.float64), highest.astype(np.float64))
+    return tuple(values.reshape(shape) for values in moments)
 
 
 def _time_scales(series: NDArray[np.floating], box: WindBox, small: float) -> Float:
@@ -298,7 +298,7 @@ def wind_spectrum(
     Args:
       box: a field.
       component: u, v or w, in the axes of the box.
-      where: at the point nearest to the hub, or averaged over all points.
+      where: location: the point nearest to the hub, or averaged over all points.
       per_decade: bands, equally wide in the logarithm of the frequency, over which periodograms are averaged; bands
         that hold no frequency are left out. None gives every frequency alone; the sum of these densities times
         their spacing is the variance.
@@ -341,7 +341,7 @@ def wind_coherence(
       box: a field.
       component: u, v or w, in the axes of the box.
       separations: [m] taken to the nearest multiple of the grid's step; what falls on the same one is given once.
-      direction: in which the points are apart.
+      direction: direction of the separation.
       per_decade: bands, equally wide in the logarithm of the frequency.
 
     Raises:

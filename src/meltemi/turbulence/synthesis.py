@@ -40,10 +40,10 @@ class Spectrum:
     Attributes:
       variances: (4, B) [m^2/s^2] mean squared magnitudes of the complex amplitudes of u, v, w, and of u times w
         conjugate: half the one-sided density times the frequency step.
-      components: which are coherent across the wind.
-      count: of the frequencies, from the lowest on, at which they are.
-      coherent: yields for these frequencies in turn which they are, fields (C, b, Z, Y) of the components, and what
-        the fields contain of the variances (4, b).
+      components: components that are coherent across the wind.
+      count: number of coherent frequencies, from the lowest on.
+      coherent: yields successive frequencies, fields (C, b, Z, Y) of the components, and the part of the variances
+        (4, b) that the fields contain.
       column: covariances (3, 3, Z, Y) [m^2/s^2] of everything at a coherent frequency, by its number, with the hub's.
     """
 
@@ -55,7 +55,7 @@ class Spectrum:
 
 
 @dataclass(frozen=True)
-class Factors:
+class CovarianceFactors:
     """Lower triangular factor of the spatially uncorrelated part: amplitudes (B,) of u, v, w, and u in w."""
 
     uu: Float
@@ -68,11 +68,11 @@ class Factors:
         return [[(0, self.uu)], [(1, self.vv)], [(0, self.wu), (2, self.ww)]][component]
 
 
-def factors(rest: Float) -> Factors:
+def factors(rest: Float) -> CovarianceFactors:
     """Cholesky factor of variances (4, B) that may be negative by rounding."""
     uu, vv = np.sqrt(np.maximum(rest[:2], 0.0))
     wu = rest[3] / np.where(uu > 0.0, uu, np.inf)
-    return Factors(uu, vv, np.sqrt(np.maximum(rest[2] - wu**2, 0.0)), wu)
+    return CovarianceFactors(uu, vv, np.sqrt(np.maximum(rest[2] - wu**2, 0.0)), wu)
 
 
 @kernel
@@ -148,7 +148,7 @@ def synthesise(
         if first <= hub < last:
             if component in measured:
                 out[hub - first] = measured[component]
-            elif component == 2:  # its remainder goes with that of u, which is known now
+            elif component == 2:  # its remainder is correlated with that of u, which is known now
                 out[hub - first, 1:-1] += independent.wu * independent.uu * pull[0]
         return out
 
@@ -174,7 +174,7 @@ def _condition(
     spectrum: Spectrum,
     some: slice,
     fields: Complex,
-    rest: Factors,
+    rest: CovarianceFactors,
     measured: dict[int, Complex],
     grid: WindGrid,
     seed: int,

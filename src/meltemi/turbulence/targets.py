@@ -23,7 +23,7 @@ FORGOTTEN = 10.0
 
 
 def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
-    """[m/s] standard deviations of u, v, w of the target spectra."""
+    """Standard deviations [m/s] of u, v, w of the target spectra."""
     sigma = wind.intensity * wind.speed
     if wind.spectrum == "mann":
         u, v, w = np.sqrt(mann.one_point(mann.GAMMA).variances[:3])
@@ -33,12 +33,12 @@ def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
 
 
 def length_scale(wind: TurbulentWind, hub_height: float) -> float:
-    """[m] scale parameter of the edition, times the wind's factor."""
+    """Scale parameter [m] of the edition, times the factor of the wind."""
     return wind.length_factor * scale_parameter(wind.edition, hub_height)
 
 
 def mann_length(wind: TurbulentWind, hub_height: float) -> float:
-    """[m] length L of Mann's model."""
+    """Length L [m] of Mann's model."""
     return mann.LENGTH * length_scale(wind, hub_height)
 
 
@@ -66,8 +66,8 @@ def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float
     separation; what lies beyond CUTOFF counts as incoherent, which makes it too small by less than 0.01.
 
     Args:
-      wind: what it shall be.
-      hub_height: [m], which gives the scales.
+      wind: turbulent wind.
+      hub_height: [m] hub height, for the length scales.
       f: (F,) [Hz] above 0.
       dy, dz: [m] from one point to the other.
 

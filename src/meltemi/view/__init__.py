@@ -1,3 +1,3 @@
-"""The turbine in three dimensions: pages, notebook widget, and ``meltemi live``."""
+"""Three-dimensional views of turbines: pages, notebook widget, and ``meltemi live``."""
 
 KERNELS = ()

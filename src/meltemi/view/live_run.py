@@ -1,7 +1,7 @@
-"""A run without end whose wind, events and limits change while it runs: what ``meltemi live`` shows.
+"""Endless run of ``meltemi live`` whose wind, events and limits can be changed while it runs.
 
 The wind is a periodic turbulent field of unit intensity. Mean speed, intensity and direction follow their targets with
-a time constant of :data:`LAG`; the field keeps its eddies in space and passes faster or slower (frozen turbulence).
+a time constant of :data:`LAG`; the eddies keep their size in space and pass faster or slower (frozen turbulence).
 
 Reference: docs/guide/live.md.
 """
@@ -45,36 +45,38 @@ SAMPLE, LONGEST = 0.05, 2.0
 
 
 @dataclass(frozen=True)
-class Air:
+class WindState:
     """State of the wind, or its target.
 
     Attributes:
-      speed: [m/s] mean at hub height.
+      speed: [m/s] mean wind speed at hub height.
       intensity: turbulence intensity [-].
-      direction: [rad] clockwise from above: the yaw error of a nacelle that does not turn.
+      direction: [rad] wind direction, clockwise from above: the yaw error of a fixed nacelle.
     """
 
     speed: float
     intensity: float
     direction: float = 0.0
 
-    def towards(self, target: Air, time: float) -> Air:
-        """The state after a time [s], with a lag of first order."""
+    def towards(self, target: WindState, time: float) -> WindState:
+        """The state after a time [s] with a first-order lag towards a target."""
         share = -math.expm1(-time / LAG)
         pairs = ((now, getattr(target, name)) for name, now in vars(self).items())
-        return Air(*(b if abs(b - a) < 1e-6 else a + share * (b - a) for a, b in pairs))
+        return WindState(*(b if abs(b - a) < 1e-6 else a + share * (b - a) for a, b in pairs))
 
 
 class LiveWind:
     """A periodic turbulent field whose mean speed, intensity and direction may change.
 
     Attributes:
-      box: the field as it is now; its arrays are updated in place.
+      box: present field; its arrays are updated in place.
     """
 
-    def __init__(self, turbine: AnyTurbine, air: Air, seed: int = 1) -> None:
-        made = TurbulentWind(speed=MADE_AT, intensity=MADE_WITH, seed=seed, periodic=True, points=POINTS, dt=PLANE_STEP)
-        field = generate_field(made, turbine, PERIOD)
+    def __init__(self, turbine: AnyTurbine, air: WindState, seed: int = 1) -> None:
+        unit_wind = TurbulentWind(
+            speed=MADE_AT, intensity=MADE_WITH, seed=seed, periodic=True, points=POINTS, dt=PLANE_STEP
+        )
+        field = generate_field(unit_wind, turbine, PERIOD)
         self._mean = field.velocity.mean(axis=(0, 2), keepdims=True, dtype=np.float64).astype(np.float32) / MADE_AT
         self._unit = (field.velocity - MADE_AT * self._mean) / np.float32(MADE_WITH * MADE_AT)
         self._spacing, self.air = field.dt * field.speed, air
@@ -82,7 +84,7 @@ class LiveWind:
         self.fill()
 
     def fill(self) -> None:
-        """Velocities of the field for the present mean speed and intensity, in place."""
+        """Update the velocities of the field in place for the present mean speed and intensity."""
         np.multiply(self._unit, np.float32(self.air.intensity * self.air.speed), out=self.box.velocity)
         self.box.velocity[...] += np.float32(self.air.speed) * self._mean
 
@@ -103,8 +105,8 @@ class LiveWind:
         )
         return self.box
 
-    def change(self, air: Air, t: float, parameters: NDArray[np.float64]) -> None:
-        """Change the wind of a run at time ``t`` [s], without a jump of the place in the field."""
+    def change(self, air: WindState, t: float, parameters: NDArray[np.float64]) -> None:
+        """Change the wind of a run at time ``t`` [s] without a jump of the position in the field."""
         if air == self.air:
             return
         refill = (air.speed, air.intensity) != (self.air.speed, self.air.intensity)
@@ -121,15 +123,15 @@ class LiveRun:
     """A run in pieces, each of which is a scene with the channels of the plots.
 
     Args:
-      model: with blades.
-      wind: which begins in its present state.
+      model: model of a turbine with blades.
+      wind: initial wind.
       controller: by default the baseline controller.
-      channels: of the plots, each with the factor from SI.
-      sea: around it, which repeats.
+      channels: channels of the plots, each with the factor from SI units.
+      sea: periodic sea around the turbine.
 
     Attributes:
-      target: towards which the wind goes.
-      simulation: the run; its ``act`` lets events happen.
+      target: target of the wind.
+      simulation: the run; its ``act`` triggers events.
     """
 
     def __init__(
@@ -178,13 +180,13 @@ class LiveRun:
 
     @property
     def time(self) -> float:
-        """[s] of the last sample."""
+        """Time [s] of the last sample."""
         return float(self._time[-1])
 
     def piece(self, samples: int) -> Scene | None:
-        """March by some samples of :data:`SAMPLE` seconds; None if the run has ended.
+        """Advance by a number of samples of :data:`SAMPLE` seconds; None if the run has ended.
 
-        The first sample of a piece is the last one of the piece before it.
+        The first sample of a piece is the last one of the previous piece.
         """
         run = self.simulation
         if run.finished:
@@ -197,8 +199,8 @@ class LiveRun:
         return self._scene({}, {})
 
     def _scene(self, about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Scene:
-        own = len(self.simulation.channels)
-        moved, tracks = self.recorder.moving(self._rows[:, own:], self._time)
+        n_channels = len(self.simulation.channels)
+        moved, tracks = self.recorder.moving(self._rows[:, n_channels:], self._time)
         about, air = about | moved, self.wind.air
         begin, end = about["begin"], about["begin"] + about["duration"]
         times = np.linspace(begin, end, 1 + max(1, math.ceil(WIND_RATE * (end - begin))))

@@ -1,6 +1,6 @@
-"""The session of ``meltemi live``: a run without end, and what its page may change.
+"""Session of ``meltemi live``: an endless run, and the quantities that its page may change.
 
-Messages of the page are plain values; values of sliders are in the units that the page shows.
+Messages of the page are plain values; values of sliders are in the units shown on the page.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from meltemi.simulation.plan import model_channels
 from meltemi.simulation.rotors import build
 from meltemi.simulation.scene.record import Scene, packed
 from meltemi.turbine.definition import Turbine
-from meltemi.view.live_run import SAMPLE, Air, LiveRun, LiveWind
+from meltemi.view.live_run import SAMPLE, LiveRun, LiveWind, WindState
 from meltemi.view.view import PLOTS, Look, View, view_of
 
 LOG = 40
@@ -54,7 +54,7 @@ MOST_PIECE = 40
 
 @dataclass(frozen=True)
 class Slider:
-    """A quantity that the page changes, in the unit that it shows."""
+    """A quantity that the page can change, in the unit shown on the page."""
 
     name: str
     label: str
@@ -73,12 +73,12 @@ WIND_SLIDERS = (
 
 @dataclass(frozen=True)
 class Choice:
-    """A controller to choose.
+    """A controller in the menu of the page.
 
     Attributes:
-      about: in one line.
-      make: the model, with flaps where it needs them, and the controller; None for the baseline one.
-      operator: whether it follows power limit and requests of the operator.
+      about: description in one line.
+      make: creates the model, with flaps if needed, and the controller (None for the baseline).
+      operator: whether the controller follows power limit and requests of the operator.
     """
 
     about: str
@@ -96,15 +96,15 @@ MENU = {
 
 
 def choices(turbine: Turbine, first: str = "supervised") -> dict[str, Choice]:
-    """Controllers of a page by label: those of its menu, and the one that it begins with.
+    """Controllers of a page by label: those of its menu, and the initial one.
 
-    Schemes are under supervision, so that they start and stop.
+    Schemes run under supervisory control, so that they can start and stop.
 
     Args:
       first: a name or file of docs/guide/controller-names.md.
 
     Raises:
-      InputError: there is no such name or file.
+      InputError: the name is unknown or the file does not exist.
     """
     plain = build(turbine)
 
@@ -114,19 +114,19 @@ def choices(turbine: Turbine, first: str = "supervised") -> dict[str, Choice]:
         if isinstance(case, BaselineCase) and case.scheme is not None:
             case = supervised_form(case) or case
 
-        def made() -> tuple[Model[Any], Controller | None]:
+        def make() -> tuple[Model[Any], Controller | None]:
             model = build(fitted(turbine, case)) if uses_flaps(case) else plain
             return model, None if case == BaselineCase() else make_controller(case, model)
 
-        return Choice(about, made, operator=not isinstance(case, BaselineCase | FixedCase))
+        return Choice(about, make, operator=not isinstance(case, BaselineCase | FixedCase))
 
     named = MENU if label(first) in MENU else MENU | {first: f"From {first}"}
     return {label(name): choice(name, about) for name, about in named.items()}
 
 
 def faults(model: BladedModel) -> dict[str, tuple[str, BaseEvent]]:
-    """Events with an end that the page lets happen, by name, with the text of their button."""
-    found: dict[str, tuple[str, BaseEvent]] = {
+    """Events that the page can start and end, by name, with the text of their button."""
+    events: dict[str, tuple[str, BaseEvent]] = {
         "pitch_stuck": ("Blade 1 stuck", PitchStuck(at=0.0, blade=1)),
         "pitch_runaway": ("Blade 1 runs to fine", PitchRunaway(at=0.0, blade=1, rate=-radians(4.0))),
         "grid_loss": ("Grid loss", GridLoss(at=0.0)),
@@ -135,28 +135,28 @@ def faults(model: BladedModel) -> dict[str, tuple[str, BaseEvent]]:
         "brake": ("Brake applied", Brake(at=0.0)),
     }
     if model.options.yaw == "driven":
-        found["yaw"] = ("Yaw runaway", YawRunaway(at=0.0, rate=radians(0.5)))
+        events["yaw"] = ("Yaw runaway", YawRunaway(at=0.0, rate=radians(0.5)))
     if lines := getattr(model.turbine.platform, "lines", ()):
-        found["line"] = (f"Line 1 of {len(lines)} lost", LineLoss(at=0.0, line=1))
-    return found
+        events["line"] = (f"Line 1 of {len(lines)} lost", LineLoss(at=0.0, line=1))
+    return events
 
 
 REQUESTS = {"start": "Start", "normal_stop": "Normal stop", "emergency_stop": "Emergency stop"}
 
 
 class Session:
-    """What one page shows and changes.
+    """Session of one page.
 
     Args:
-      turbine: with blades.
+      turbine: turbine with blades.
       controller: a name or file of docs/guide/controller-names.md.
-      wind_speed, turbulence: at the start, [m/s] and intensity [-].
-      seed: of the turbulence.
-      sea: around the turbine, which repeats; still water, or none, by default.
-      tell: called with a line before work that takes seconds.
+      wind_speed, turbulence: initial wind speed [m/s] and turbulence intensity [-].
+      seed: seed of the turbulence.
+      sea: periodic sea around the turbine; by default still water, or none.
+      tell: callback with a message before work that takes seconds.
 
     Raises:
-      InputError: the turbine has no blades, or a value is beyond its slider.
+      InputError: the turbine has no blades, or a value is outside the range of its slider.
     """
 
     def __init__(
@@ -192,14 +192,14 @@ class Session:
         self.restart()
 
     @property
-    def air(self) -> Air:
-        """The wind that the sliders ask for."""
+    def air(self) -> WindState:
+        """Target of the wind from the sliders."""
         v = self.values
-        return Air(v["wind_speed"], v["turbulence"] / 100.0, radians(v["yaw_error"]))
+        return WindState(v["wind_speed"], v["turbulence"] / 100.0, radians(v["yaw_error"]))
 
     @one_blas_thread
     def restart(self) -> None:
-        """Begin again in steady operation at the wind and limit of the sliders, without faults."""
+        """Restart in steady operation at the wind and power limit of the sliders, without faults."""
         choice = self.choices[self.controller]
         if self.controller not in self._made:
             self.tell(f"Preparing controller {self.controller} ...")
@@ -237,14 +237,14 @@ class Session:
         self.run.simulation.act(PowerLimit(at=0.0, power=power), ended=not self.limited)
 
     def obey(self, message: Any) -> None:
-        """Do what a message of the page asks for; it acts from the next piece on.
+        """Execute a message of the page; it takes effect from the next piece on.
 
         Args:
           message: one of ``{"set": name, "value": number}``, ``{"fault": name, "on": bool}``, ``{"request": name}``,
             ``{"controller": name}`` and ``{"reset": true}``.
 
         Raises:
-          InputError: it is none of them, or beyond what the controller follows.
+          InputError: the message is invalid, or the controller does not support it.
         """
         match message:
             case {"set": str(name), "value": value}:
@@ -277,13 +277,13 @@ class Session:
 
     @one_blas_thread
     def piece(self, seconds: float) -> bytes | None:
-        """The next piece of about that many seconds, as the page reads it; None if the run has ended."""
+        """The next piece of about ``seconds`` seconds in the format of the page; None if the run has ended."""
         scene = self.run.piece(min(max(round(seconds / SAMPLE), 1), MOST_PIECE))
         more = {"run": self.number, "made": monotonic()}
         return None if scene is None else packed(replace(scene, about=scene.about | more))
 
     def state(self) -> dict[str, Any]:
-        """What the page shows beside the scene; plain values."""
+        """State of the controls of the page as plain values."""
         run = self.run.simulation
         choice = self.choices[self.controller]
         return {
@@ -299,7 +299,7 @@ class Session:
         }
 
     def view(self, theme: str = "", speed: float = 1.0) -> View:
-        """The page, which begins with the first instant of the run, at a speed over real time."""
+        """The page with the first instant of the run; ``speed`` is simulated over real time."""
         first = self.run.first
         about = first.about | {"plots": self.plots, "run": self.number}
         live = {
@@ -318,9 +318,9 @@ class Session:
 
 
 def plots(model: Model[Any]) -> tuple[list[dict[str, Any]], list[tuple[str, float]]]:
-    """Plots as the page reads them, and their channels with the factor from SI."""
+    """Plots in the format of the page, and their channels with the factor from SI units."""
     available = model_channels(model)
-    told: list[dict[str, Any]] = []
+    plots: list[dict[str, Any]] = []
     columns: list[tuple[str, float]] = []
     large = model.turbine.rated_power >= 1e6
     for title, names in PLOTS.items():
@@ -331,6 +331,6 @@ def plots(model: Model[Any]) -> tuple[list[dict[str, Any]], list[tuple[str, floa
         if unit[:1] == "k" and large:
             unit, factor = "M" + unit[1:], 1e-3 * factor
         lines = [{"name": name, "column": len(columns) + i} for i, name in enumerate(present)]
-        told.append({"title": title, "unit": unit, "lines": lines})
+        plots.append({"title": title, "unit": unit, "lines": lines})
         columns += [(name, factor) for name in present]
-    return told, columns
+    return plots, columns

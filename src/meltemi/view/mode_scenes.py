@@ -27,9 +27,9 @@ STEP = 1e-3
 
 
 def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
-    """Scene of the modes of a diagram, each of unit amplitude [m] where it moves most.
+    """Scene of the modes of a diagram, each scaled to a largest amplitude of 1 m.
 
-    A mode moves the blades about their mean shape in steady operation, without air about the undeformed one; its blade
+    Blades vibrate about their mean deflection in steady operation, or about the undeformed shape without air; blade
     coordinates are collective, cosine and sine components.
     """
     model = with_blades(model, "view")
@@ -46,21 +46,21 @@ def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
         rest, basis = blade_basis(model, mean, s)
         steady.append(rest)
         bases.append(basis)
-        found = []
+        modes = []
         for j, label in enumerate(diagram.labels):
             mode = diagram.modes[j][i]
             if mode is None:
-                found.append({"label": label, "frequency": 0.0, "damping": 0.0})
+                modes.append({"label": label, "frequency": 0.0, "damping": 0.0})
                 continue
             shape = ordered(mode, order)
             shape = shape / max(largest(shape, tower[:, -1, :3], basis[:, -1, :3], model.rows, R), 1e-12)
             shapes[i, j] = np.stack([shape.real, shape.imag], axis=1)
-            found.append({"label": label, "frequency": mode.frequency, "damping": mode.damping})
+            modes.append({"label": label, "frequency": mode.frequency, "damping": mode.damping})
         speed, turns = diagram.wind_speed[i], diagram.rotor_speed[i] * 30.0 / np.pi
         where = f"{speed:g} m/s, {turns:.1f} rpm" if np.isfinite(speed) else f"{turns:.1f} rpm"
         numbers = {"rotor_speed": diagram.rotor_speed[i], "pitch": diagram.pitch[i]}
         points.append(
-            {"name": where, "modes": found} | {name: float(np.nan_to_num(value)) for name, value in numbers.items()}
+            {"name": where, "modes": modes} | {name: float(np.nan_to_num(value)) for name, value in numbers.items()}
         )
     about = {
         "kind": "modes",
@@ -79,20 +79,20 @@ def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
 
 
 def ordered(mode: Mode, names: list[str]) -> NDArray[np.complex128]:
-    """Amplitudes of a mode in the order of ``names``; zero of coordinates that it lacks."""
+    """Amplitudes of a mode in the order of ``names``; zero for coordinates that the mode lacks."""
     given = dict(zip(mode.coordinates, mode.shape, strict=True))
     return np.array([given.get(name, 0.0) for name in names], dtype=complex)
 
 
 def largest(shape: NDArray[np.complex128], top: Float, tip: Float, rows: Rows, radius: float) -> float:
-    """[m] largest displacement of tower top and blade tips in a mode.
+    """Largest displacement [m] of tower top and blade tips in a mode.
 
     Args:
       shape: amplitudes: tower, yaw, generator, drivetrain, blades.
-      top: (M, 3) displacement of the tower top by its coordinates.
-      tip: (K, 3) displacement of the tip by those of a blade.
+      top: (M, 3) displacement of the tower top per coordinate of the tower.
+      tip: (K, 3) displacement of the tip per coordinate of a blade.
       rows: indices of yaw, generator and torsion.
-      radius: [m].
+      radius: [m] rotor radius.
     """
     moved = [np.linalg.norm(shape[: rows.yaw] @ top)]
     turned = radius * abs(shape[rows.yaw]), radius * abs(shape[rows.generator] + shape[rows.torsion])
@@ -104,7 +104,7 @@ def largest(shape: NDArray[np.complex128], top: Float, tip: Float, rows: Rows, r
 
 
 def mean_shape(model: Model[Any], speed: float) -> Float:
-    """(K,) coordinates of a blade, averaged over a revolution of steady operation; zero where there is none."""
+    """(K,) coordinates of a blade, averaged over a revolution of steady operation; zero without steady operation."""
     K, core = len(model.rotor.blade.names), model.n_core
     try:
         q = operating_point(model, speed).revolution[:, core : core + K]
@@ -114,7 +114,7 @@ def mean_shape(model: Model[Any], speed: float) -> Float:
 
 
 def blade_basis(model: Model[Any], mean: Float, s: Float) -> tuple[Float, Float]:
-    """Displacement and rotation (S, 6) of the blade sections at coordinates (K,), and (K, S, 6) by each of them."""
+    """Displacement and rotation (S, 6) of the blade sections at coordinates (K,), and derivatives (K, S, 6)."""
     K, core = len(mean), model.n_core
     q = np.zeros((2 * K + 1, len(model.coordinates)))
     q[:, core : core + K] = mean

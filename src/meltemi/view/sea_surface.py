@@ -1,4 +1,4 @@
-"""The surface of the sea around a turbine, for its view: the elevation along the waves, as a track."""
+"""Sea surface around a turbine for its view: elevation along the wave direction, as a track."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.scene.record import Scene, track_arrays
 
 if TYPE_CHECKING:
-    from meltemi.sea.airy import Components
+    from meltemi.sea.airy import WaveComponents
     from meltemi.sea.conditions import Sea
 
 POINTS, REACH, ERROR = 161, 6.0, 0.02
@@ -19,11 +19,11 @@ POINTS, REACH, ERROR = 161, 6.0, 0.02
 
 
 def with_sea(scene: Scene, result: Result) -> Scene:
-    """The scene of a turbine in water with the elevation of the sea.
+    """The scene of an offshore turbine with the elevation of the sea.
 
     Args:
-      scene: of the run.
-      result: whose metadata describe the sea.
+      scene: scene of the run.
+      result: result whose metadata describe the sea.
     """
     water, content = scene.about["turbine"].get("water"), result.meta.get("sea")
     if water is None or not isinstance(content, dict):
@@ -34,8 +34,8 @@ def with_sea(scene: Scene, result: Result) -> Scene:
     return surfaced(scene, sea, sea.components(water["depth"] + sea.level, float(result.time[-1])))
 
 
-def surfaced(scene: Scene, sea: Sea, waves: Components) -> Scene:
-    """The scene with the elevation of the waves of a sea; those of several directions as if of their mean."""
+def surfaced(scene: Scene, sea: Sea, waves: WaveComponents) -> Scene:
+    """The scene with the wave elevation of a sea; waves of several directions are drawn in their mean direction."""
     from meltemi.sea.airy import wave_number
     from meltemi.sea.field import AHEAD, summed, times
 

@@ -1,6 +1,7 @@
-"""The three-dimensional view: one HTML file that opens without network.
+"""Three-dimensional view as one HTML file that needs no network.
 
-The scripts, their style and three.js (MIT licence) are files in ``viewer`` beside this module; the page holds them all.
+The scripts, their style and three.js (MIT licence) are files in ``viewer`` beside this module; the page contains them
+all.
 """
 
 from __future__ import annotations
@@ -51,11 +52,11 @@ PLOTS: Mapping[str, Sequence[str]] = {
 
 @dataclass(frozen=True)
 class Look:
-    """How a view begins.
+    """Initial appearance of a view.
 
     Attributes:
-      theme: "light", "dark", or that of the reader's system.
-      begin: [s] time.
+      theme: "light", "dark", or empty for that of the operating system.
+      begin: [s] initial time.
       state: settings of the viewer by name, such as ``{"loads": "arrows", "wind": "off", "playing": False}``.
     """
 
@@ -66,14 +67,14 @@ class Look:
 
 @dataclass(frozen=True, repr=False)
 class View:
-    """A turbine or a wind in three dimensions.
+    """Three-dimensional view of a turbine or a wind.
 
-    Notebooks show it in place: as a widget where anywidget is installed, else as a page in a frame. Both are in the
-    notebook, so that it shows the view without Python, too. :meth:`write` makes a file of it.
+    Notebooks display it as a widget where anywidget is installed, otherwise as a page in a frame. Both are stored in
+    the notebook, which thus shows the view without Python, too. :meth:`write` writes a file.
 
     Attributes:
-      spec: title, names, colours and how the view begins.
-      scenes: what is drawn, as the bytes of ``simulation.scene.record.packed``.
+      spec: title, names, colours and initial appearance.
+      scenes: scenes as bytes of ``simulation.scene.record.packed``.
     """
 
     spec: Mapping[str, Any]
@@ -81,7 +82,7 @@ class View:
 
     @property
     def html(self) -> str:
-        """The view as a page, which needs no other file and no network."""
+        """The view as a self-contained page that needs no network."""
         places = [f"scene-{i + 1}" for i in range(len(self.scenes))]
         live = ["live"] if self.spec["live"] else []
         style = "".join(beside(f"{name}.css") for name in ("view", *live))
@@ -109,7 +110,7 @@ class View:
 
     @cached_property
     def widget(self) -> ViewWidget:
-        """The view as a widget, whose ``time`` [s] and ``playing`` Python reads and sets.
+        """The view as a widget; ``time`` [s] and ``playing`` can be read and set from Python.
 
         Raises:
           InputError: anywidget is not installed.
@@ -138,13 +139,13 @@ def view(
     channels: Sequence[str] = (),
     look: Look = Look(),
 ) -> View:
-    """A run, two runs, the modes of a turbine at standstill, or a wind, in three dimensions.
+    """Show a run, two runs, the modes of a turbine at standstill, or a wind in three dimensions.
 
     Args:
-      what: a result of a run with ``view=True``; two of them by name; a model or a turbine; or a wind. Of a turbulent
-        wind, 60 s of a field of 130 m x 130 m about 90 m height are generated.
-      channels: of results, to plot, each on its own; by default wind, power, speed, pitch and main loads.
-      look: how the page begins.
+      what: a result of a run with ``view=True``; two of them by name; a model or a turbine; or a wind. For a turbulent
+        wind, 60 s of a field of 130 m x 130 m at 90 m height are generated.
+      channels: channels of results to plot, one per plot; by default wind, power, speed, pitch and main loads.
+      look: initial appearance of the page.
 
     Raises:
       InputError: a result has no recorded motion or lacks a channel, or the turbine is a power-coefficient turbine.
@@ -156,12 +157,12 @@ def view(
     from meltemi.analyses.campbell import campbell
     from meltemi.simulation.model import Model
     from meltemi.simulation.rotors import build
-    from meltemi.turbine.representation import Machine
+    from meltemi.turbine.representation import TurbineBase
     from meltemi.view.wind_scene import usual_field
     from meltemi.wind.fields import Wind
     from meltemi.wind.turbulent import TurbulentWind
 
-    if isinstance(what, Machine):
+    if isinstance(what, TurbineBase):
         what = build(what)
     if isinstance(what, Model):
         return modes_view(what, campbell(what, rotor_speeds=[0.0], air=False), look)
@@ -223,13 +224,13 @@ def wind_view(wind: Wind, look: Look = Look()) -> View:
 def _titles(results: Mapping[str, Result], channels: Sequence[str]) -> Mapping[str, Sequence[str]]:
     if not channels:
         return PLOTS
-    found = [result.channel(name) for name in channels for result in results.values()]
-    return {channel.description[:1].upper() + channel.description[1:]: [channel.name] for channel in found}
+    channel_list = [result.channel(name) for name in channels for result in results.values()]
+    return {channel.description[:1].upper() + channel.description[1:]: [channel.name] for channel in channel_list}
 
 
 @dataclass(frozen=True)
 class _Plot:
-    """Channels in one plot, in a unit that suits all results."""
+    """Channels of one plot in a unit that suits all results."""
 
     title: str
     names: Sequence[str]
@@ -254,13 +255,13 @@ def with_plots(scene: Scene, result: Result, plots: Sequence[_Plot]) -> Scene:
     """The scene with the series of plots."""
     step = float(result.time[1] - result.time[0]) if len(result.time) > 1 else 1.0
     every = max(1, round(1.0 / (PLOT_RATE * step) - 1e-6))
-    told: list[dict[str, Any]] = []
+    descriptions: list[dict[str, Any]] = []
     columns: list[Any] = []
     for plot in plots:
         lines = [{"name": name, "column": len(columns) + i} for i, name in enumerate(plot.names)]
-        told.append({"title": plot.title, "unit": plot.unit, "lines": lines})
+        descriptions.append({"title": plot.title, "unit": plot.unit, "lines": lines})
         columns += [plot.factor * result[name][::every] for name in plot.names]
-    about = scene.about | {"plots": told, "steps": scene.about["steps"] | {"plot": every * step}}
+    about = scene.about | {"plots": descriptions, "steps": scene.about["steps"] | {"plot": every * step}}
     series = track_arrays("plot", np.nan_to_num(np.stack(columns, axis=1))) if columns else {}
     return Scene(about, scene.arrays | series)
 
@@ -275,7 +276,7 @@ def view_of(
     look: Look = Look(),
     live: Mapping[str, Any] | None = None,
 ) -> View:
-    """The view of scenes, which are all of one kind; ``live`` has the controls of a scene that runs on."""
+    """The view of scenes of one kind; ``live`` has the controls of a running scene."""
     spec = {
         "title": title,
         "subtitle": subtitle,

@@ -14,9 +14,9 @@ class ViewWidget(anywidget.AnyWidget):  # type: ignore[misc]
     """A view in a notebook.
 
     Attributes:
-      time: [s] of the run, wind or vibration that is drawn; setting it moves the view there. While the view plays, it
-        follows five times per second.
-      playing: whether it plays.
+      time: [s] time of the run, wind or vibration that is shown; setting it moves the view. While the view plays, it is
+        updated five times per second.
+      playing: whether the view plays.
     """
 
     _esm = script("widget")
@@ -29,6 +29,6 @@ class ViewWidget(anywidget.AnyWidget):  # type: ignore[misc]
     playing = traitlets.Bool(True).tag(sync=True)
 
     def bundle(self) -> dict[str, Any]:
-        """How it is displayed, by MIME type."""
-        found = self._repr_mimebundle_()
-        return dict(found[0] if isinstance(found, tuple) else found)
+        """Representations of the view by MIME type."""
+        bundle = self._repr_mimebundle_()
+        return dict(bundle[0] if isinstance(bundle, tuple) else bundle)

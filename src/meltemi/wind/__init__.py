@@ -1,4 +1,4 @@
-"""Wind: descriptions, files, turbulence, and the velocity at any point and time."""
+"""Wind: descriptions, files, turbulence, and the velocity at a point and time."""
 
 from meltemi.namespaces import public
 

@@ -120,8 +120,8 @@ class WindSeries(Record, Viewed):
             most = FASTEST if name in ("speed", "vertical", "gust") else MOST if name != "time" else np.inf
             beyond = np.flatnonzero(np.abs(getattr(self, name)) > most)
             if len(beyond):
-                found = getattr(self, name)[beyond[0]]
-                raise ValueError(f"{name} must be within {most:g}, but row {beyond[0] + 1} has {found:g}")
+                value = getattr(self, name)[beyond[0]]
+                raise ValueError(f"{name} must be within {most:g}, but row {beyond[0] + 1} has {value:g}")
         if np.any(np.diff(self.time) <= 0.0):
             i = int(np.flatnonzero(np.diff(self.time) <= 0.0)[0])
             raise ValueError(f"time must increase, but row {i + 2} ({self.time[i + 1]:g} s) does not")
@@ -134,7 +134,7 @@ class WindSeries(Record, Viewed):
 
     @property
     def changes(self) -> tuple[float, float] | None:
-        """[s] begin and end of what changes, of a gust for example; None for a constant wind."""
+        """Begin and end [s] of changes, such as a gust; None for a constant wind."""
         return changing(self.time, *(getattr(self, name) for name in WindNow.names if name != "time"))
 
     def __repr__(self) -> str:
@@ -159,12 +159,12 @@ class WindBox(Brief, Viewed):
 
     Attributes:
       velocity: (T, Z, Y, 3) [m/s] including the mean; y to the left looking downwind, z up.
-      dt, dy, dz: [s], [m], [m] between planes, columns, rows.
+      dt, dy, dz: [s], [m], [m] spacing of planes, columns, rows.
       bottom: [m] height of the lowest row above ground.
-      speed: [m/s] with which the field travels.
-      hub_height: [m] for which the field was made; None fits every turbine whose rotor it covers.
-      periodic: it begins again after its last plane.
-      direction: [rad] from which the box is turned, clockwise from above.
+      speed: [m/s] convection speed of the field.
+      hub_height: [m] hub height of the field; None suits every turbine whose rotor it covers.
+      periodic: the field repeats after its last plane.
+      direction: [rad] wind direction of the box, clockwise from above.
       source: file or generator and its settings.
     """
 
@@ -237,12 +237,12 @@ class WindBox(Brief, Viewed):
 
     @property
     def width(self) -> float:
-        """[m] lateral extent."""
+        """Lateral extent [m]."""
         return (self.velocity.shape[2] - 1) * self.dy
 
     @property
     def lead(self) -> float:
-        """[m] distance of the first plane downwind of the tower axis at time 0."""
+        """Distance [m] of the first plane downwind of the tower axis at time 0."""
         return 0.0 if self.periodic else 0.5 * self.width
 
     @property
@@ -252,12 +252,12 @@ class WindBox(Brief, Viewed):
 
     @property
     def top(self) -> float:
-        """[m] height of the highest row above ground."""
+        """Height [m] of the highest row above ground."""
         return self.bottom + (self.velocity.shape[1] - 1) * self.dz
 
     @property
     def duration(self) -> float:
-        """[s] from first to last plane."""
+        """Time [s] from first to last plane."""
         return (self.velocity.shape[0] - 1) * self.dt
 
     def content_hash(self) -> str:
@@ -280,8 +280,8 @@ def at_speed(box: WindBox, speed: float) -> WindBox:
     (``dataclasses.replace(box, speed=...)`` keeps the time between planes instead, and stretches the eddies.)
 
     Args:
-      box: any.
-      speed: [m/s].
+      box: wind box.
+      speed: [m/s] new mean wind speed.
 
     Raises:
       InputError: the speed is not positive.
@@ -296,10 +296,10 @@ def at_speed(box: WindBox, speed: float) -> WindBox:
 def unit_turbulence(box: WindBox) -> WindBox:
     """The fluctuations of a field over the standard deviation of their longitudinal component at the hub.
 
-    For :class:`SharedTurbulence`, where they get another mean wind and standard deviation.
+    For :class:`SharedTurbulence`, which combines them with another mean wind and standard deviation.
 
     Args:
-      box: any; without a hub height the hub is in the middle of its grid.
+      box: wind box; without a hub height the hub is in the middle of its grid.
 
     Raises:
       InputError: the wind does not fluctuate.
@@ -315,16 +315,16 @@ def unit_turbulence(box: WindBox) -> WindBox:
 
 @dataclass(frozen=True)
 class SharedTurbulence:
-    """A steady mean wind, and turbulence that it shares with other cases: many cases need the memory of few fields.
+    """A steady mean wind, and turbulence shared with other cases, so that many cases need the memory of few fields.
 
     The spectra and coherence of IEC 61400-1 are functions of wave number, so the same turbulence is right for every
     mean speed: its planes keep their distance.
 
     Attributes:
       mean: wind without turbulence: speed, shear, direction, upflow.
-      field: from :func:`unit_turbulence`.
+      field: unit turbulence from :func:`unit_turbulence`.
       sigma: [m/s] standard deviation of the longitudinal component at the hub.
-      begin: [m] of the field that have passed when the run begins; any for a periodic field.
+      begin: [m] length of the field that has passed at the start of the run; any value for a periodic field.
 
     Raises:
       InputError: ``sigma`` or ``begin`` is negative or not finite.
@@ -364,7 +364,7 @@ def wind_arrays(
     """Arrays of the record ``WindField`` of a wind for a turbine, by name.
 
     Args:
-      origin: (x, y) [m] of the turbine in the axes of the wind: a box passes there later; a series has no place.
+      origin: (x, y) [m] position of the turbine in the axes of the wind: a box passes there later; a series is uniform.
     """
     array = WindParameters.zeros()
     view = View(WindParameters, array)
@@ -427,7 +427,7 @@ def wind_field(wind: Wind, hub_height: float, rotor_diameter: float) -> WindFiel
 
 
 def mean_speed(wind: Wind, hub_height: float) -> float:
-    """[m/s] initial wind speed at hub height: of a series at its start (without linear shear), of a box the mean.
+    """Initial wind speed [m/s] at hub height: of a series at its start (without linear shear), of a box the mean.
 
     The mean of a box is that of the horizontal speed, which drives the rotor.
     """
@@ -455,16 +455,16 @@ def _row(box: WindBox, height: float) -> int:
 
 
 def mean_before(wind: Wind, hub_height: float) -> float:
-    """[m/s] mean wind speed at hub height assumed before a run.
+    """Mean wind speed [m/s] at hub height assumed before a run.
 
-    Of a box it is that of the vector, which is the mean wind speed of a case: the mean of the horizontal speed is
-    larger, by the turbulence across. A series that fluctuates from its begin has its own mean.
+    For a box it is the magnitude of the mean vector, the mean wind speed of a case: the mean of the horizontal speed is
+    larger due to lateral turbulence. For a series that fluctuates from its start it is the mean of the series.
     """
     if isinstance(wind, WindBox):
         return float(np.linalg.norm(np.mean(_at_hub(wind, hub_height), axis=0, dtype=np.float64)))
     if isinstance(wind, WindSeries) and len(wind.time) > 1:
         speed = wind.speed * (hub_height / (wind.reference_height or hub_height)) ** wind.exponent + wind.gust
-        if speed[1] != speed[0]:  # a gust or change of the standard begins with a wind that stays for a while
+        if speed[1] != speed[0]:  # a gust or change of the standard begins with constant wind
             return float(np.trapezoid(speed, wind.time) / (wind.time[-1] - wind.time[0]))
     return mean_speed(wind, hub_height)
 
@@ -479,8 +479,8 @@ def unusual(wind: Any, *, produces: bool = True, yaw: float = 0.0) -> list[str]:
     """Warnings about implausible shear, upflow, direction and turbulence of a wind.
 
     Args:
-      produces: the turbine faces the wind, to produce.
-      yaw: [rad] of its nacelle, counter-clockwise from above.
+      produces: the turbine faces the wind in production.
+      yaw: [rad] yaw angle of the nacelle, counter-clockwise from above.
     """
     intensity = _intensity(wind)
     wind = wind.mean if isinstance(wind, SharedTurbulence) else wind
@@ -488,31 +488,33 @@ def unusual(wind: Any, *, produces: bool = True, yaw: float = 0.0) -> list[str]:
     upflow = np.atleast_1d(getattr(wind, "upflow", 0.0))
     if isinstance(wind, WindSeries):
         upflow = np.arctan2(wind.vertical, np.maximum(np.abs(wind.speed + wind.gust), 1e-9))
-    said = []
+    sentences = []
     worst = exponent[np.argmax(np.abs(exponent - np.clip(exponent, *USUAL_EXPONENT)))]
     if not USUAL_EXPONENT[0] <= worst <= USUAL_EXPONENT[1]:
-        said.append(f"wind: a shear exponent of {worst:g} is unusual; IEC 61400-1 has 0.2, sites have -0.3 to 0.7")
+        sentences.append(f"wind: a shear exponent of {worst:g} is unusual; IEC 61400-1 has 0.2, sites have -0.3 to 0.7")
     worst = upflow[np.argmax(np.abs(upflow))]
     if abs(worst) > USUAL_UPFLOW:
-        said.append(f"wind: an upflow of {np.degrees(worst):.3g} deg is unusual; IEC 61400-1 has 8 deg; it is in rad")
+        sentences.append(
+            f"wind: an upflow of {np.degrees(worst):.3g} deg is unusual; IEC 61400-1 has 8 deg; it is in rad"
+        )
     worst = float(np.arccos(np.min(np.cos(np.asarray(getattr(wind, "direction", 0.0)) + yaw))))
     if produces and worst > 0.49 * np.pi:
-        said.append(
+        sentences.append(
             f"wind: it comes across the rotor or from behind, {np.degrees(worst):.3g} deg from its front, where "
             "sections and wake have no model of a producing turbine; in Python and in files directions are in rad"
         )
     speed = float(getattr(wind, "speed", 0.0)) if intensity else 0.0
     extreme = 0.36 * (0.576 * (0.5 * speed - 4.0) + 10.0)
     if intensity * speed > USUAL_TURBULENCE * extreme:
-        said.append(
+        sentences.append(
             f"wind: a turbulence intensity of {100.0 * intensity:.3g} % at {speed:g} m/s is unusual; the extreme "
             f"turbulence of IEC 61400-1 has {100.0 * extreme / speed:.2g} % (class IA+); it is a fraction: 0.14 is 14 %"
         )
-    return said
+    return sentences
 
 
 def _intensity(wind: Any) -> float:
-    """Turbulence intensity at the hub, as given or as in a box; 0 of other winds."""
+    """Turbulence intensity at the hub, as given or from a box; 0 for other winds."""
     if isinstance(wind, SharedTurbulence):
         return float(wind.sigma / wind.mean.speed) if wind.mean.speed else 0.0
     if isinstance(wind, WindBox):
@@ -533,13 +535,13 @@ def check_coverage(
     """Raise an error for a box that is too small or too short for the turbine, or a gust outside the run.
 
     Args:
-      hub_height, radius: [m] of the rotor.
-      reach: [m] how far the rotor extends up- and downwind of the tower axis.
-      duration: [s] of the run.
-      origin: (x, y) [m] of the turbine in the axes of the wind.
+      hub_height, radius: [m] hub height and rotor radius.
+      reach: [m] extent of the rotor up- and downwind of the tower axis.
+      duration: [s] duration of the run.
+      origin: (x, y) [m] position of the turbine in the axes of the wind.
 
     Raises:
-      InputError: naming what is too small, how much is there and how much is needed.
+      InputError: with the insufficient quantity, its value and the required value.
     """
     if isinstance(wind, WindSeries) and (span := wind.changes) and not (span[0] < duration and span[1] > 0.0):
         raise InputError(
@@ -557,7 +559,7 @@ def check_coverage(
     ahead -= along
     problems: list[str] = []
     if not box.periodic and along > box.lead:
-        problems.append(f"it begins {box.lead:g} m downwind of its origin, and the turbine stands at {along:g} m")
+        problems.append(f"it begins {box.lead:g} m downwind of its origin, and the turbine is at {along:g} m")
     if box.width < 2.0 * (radius + abs(across)):
         problems.append(f"it is {box.width:g} m wide, the rotor needs {2.0 * (radius + abs(across)):.1f} m")
     if box.top < hub_height + radius:
@@ -571,12 +573,12 @@ def check_coverage(
             f"it was generated for a hub height of {box.hub_height:g} m, the turbine's is {hub_height:.1f} m "
             "(in Python, dataclasses.replace(box, hub_height=None) overrides this)"
         )
-    there = box.duration * (box.speed / speed)
+    available = box.duration * (box.speed / speed)
     needed = duration + (box.lead + ahead) / speed
-    if not box.periodic and there < needed:
-        longest = there - (box.lead + ahead) / speed
+    if not box.periodic and available < needed:
+        longest = available - (box.lead + ahead) / speed
         problems.append(
-            f"it is {there:.1f} s long, a run of {duration:g} s needs {needed:.1f} s "
+            f"it is {available:.1f} s long, a run of {duration:g} s needs {needed:.1f} s "
             f"(half its width passes the rotor before the end); the longest run is {max(longest, 0.0):.1f} s"
         )
     if problems:

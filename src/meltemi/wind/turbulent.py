@@ -47,7 +47,7 @@ class TurbulentWind(Record, Viewed):
     """A mean wind with shear, and turbulence of a given spectrum, coherence and intensity."""
 
     speed: float = Field(gt=0.0, le=100.0)
-    """[m/s; 1 to 80] mean at hub height."""
+    """[m/s; 1 to 80] mean wind speed at hub height."""
     intensity: float = Field(ge=0.0, lt=2.0)
     """Standard deviation of the longitudinal component over the mean speed at the hub [-; 0.01 to 1]; 0.14 is 14 %."""
     seed: int = Field(default=1, ge=0, lt=2**63)
@@ -58,7 +58,7 @@ class TurbulentWind(Record, Viewed):
     length_factor: float = Field(default=1.0, gt=0.0, le=10.0)
     """Length scales of spectrum and coherence over those of the edition [-; 0.2 to 5]."""
     coherent: Literal["u", "all"] = "u"
-    """Components that are coherent across the rotor: u alone, as the standard has it, or v and w like u. Mann's
+    """Components that are coherent across the rotor: u only, as in the standard, or v and w like u. Mann's
     turbulence has its own coherence."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
     """Exponent of the power law of the mean wind [-]."""
@@ -71,15 +71,14 @@ class TurbulentWind(Record, Viewed):
     upflow: float = Field(default=0.0, gt=-1.0, lt=1.0)
     """[rad] inclination of the mean wind, upwards when positive."""
     scaled: bool = True
-    """The standard deviation at the hub is exactly the one asked for. If not, it scatters as that of any sample of
+    """Scale the standard deviation at the hub to the target exactly; otherwise it scatters as for any sample of
     this length."""
     periodic: bool = False
-    """The field lasts as long as the run and begins again; if not, it is longer by what passes the turbine before
-    and after."""
+    """The field has the length of the run and repeats; otherwise it is longer, to cover the rotor at begin and end."""
     points: int = Field(default=25, ge=3, le=201)
     """Grid points across the rotor's grid; an odd number has one at the hub."""
     dt: float = Field(default=0.1, gt=0.0, le=10.0)
-    """[s; 0.01 to 2] between planes."""
+    """[s; 0.01 to 2] time between planes."""
     hub_series: HubSeries | None = None
     """Measured hub-height wind that constrains the field."""
 

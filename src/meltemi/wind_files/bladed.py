@@ -78,7 +78,7 @@ def read_bladed(path: str | Path) -> WindBox:
     InflowWind_IO.f90, Bladed_ReadHeader1, Bladed_ReadTurbSimSummary and Bladed_ReadGrids.
 
     Raises:
-      InputError: a file is missing, is no such file, is cut off, or the two do not belong together.
+      InputError: a file is missing, of another format or truncated, or the files do not belong together.
     """
     path = Path(path)
     with reading(path) as (file, size):
@@ -133,7 +133,7 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
     Source: as for :func:`read_bladed`; OpenFAST, IfW_FFWind_Base.f90, WrBinBladed, has the same scales.
 
     Args:
-      box: what to write.
+      box: wind box to write.
       path: ends with ``.wnd``; the summary has the same name with ``.sum``.
 
     Returns:
@@ -157,7 +157,10 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
     speed = float(np.float32(box.speed))
     percent = [float(np.float32(100.0 * s / speed)) for s in _deviations(box.velocity, speed)]
     scale, offset = _scales(percent, speed, left_handed=True)
-    hub, height = middle(box), (nz - 1) * decimal(box.dz)  # as the file has it, so that the lowest row stays in place
+    hub, height = (
+        middle(box),
+        (nz - 1) * decimal(box.dz),
+    )  # rounded as in the file, so that the lowest row keeps its height
     header = struct.pack("<2h", ID, 4)
     header += IMPROVED.pack(3, 0.0, 0.0, box.bottom + 0.5 * height, *percent)
     header += GRID.pack(box.dz, box.dy, box.dt * box.speed, nt // 2, speed, 0.0, 0.0, 0.0, 0, 0, nz, ny)
@@ -281,34 +284,34 @@ def _summary(path: Path, field: Path) -> _Summary:
         left_handed |= "BLADED LEFT-HAND RULE" in line.upper()
     wanted = {"hub height": f"= {hub}", "UBar": speed, "height offset": shift}
     wanted |= dict(zip(("TI(u)", "TI(v)", "TI(w)"), [*percent, "", "", ""], strict=False))
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     for name, line in wanted.items():
         try:
-            found[name] = float(line.partition("=")[2].partition("%")[0].split()[0])
+            values[name] = float(line.partition("=")[2].partition("%")[0].split()[0])
         except (ValueError, IndexError):
-            found[name] = float("nan")
-        if not np.isfinite(found[name]):
+            values[name] = float("nan")
+        if not np.isfinite(values[name]):
             raise InputError(
                 f"{path}: no {name} in it; expected a summary of TurbSim with lines for the hub height, UBar and the "
                 "three intensities"
             )
-    intensity = tuple(found[f"TI({c})"] for c in "uvw")
+    intensity = tuple(values[f"TI({c})"] for c in "uvw")
     if min(intensity) < 0.0:
         raise InputError(f"{path}: an intensity is {min(intensity):g} %, expected a positive number")
     return _Summary(
-        clockwise, found["hub height"], found["UBar"], intensity, found["height offset"], periodic, left_handed
+        clockwise, values["hub height"], values["UBar"], intensity, values["height offset"], periodic, left_handed
     )
 
 
 def _scales(percent: list[float], speed: float, left_handed: bool) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """[m/s] velocity per count, and velocity at count 0, of each component."""
+    """Velocity [m/s] per count, and velocity at count 0, of each component."""
     scale = 0.001 * speed * np.array(percent) / 100.0
     scale[1] *= -1.0 if left_handed else 1.0
     return scale, np.array([speed, 0.0, 0.0])
 
 
 def _deviations(velocity: NDArray[np.float32], speed: float) -> NDArray[np.float64]:
-    """[m/s] standard deviations that scale the components."""
+    """Standard deviations [m/s] that scale the components."""
     mean = velocity.mean(axis=0, dtype=float)
     squares, most = np.zeros(3), np.zeros(3)
     for span in spans(len(velocity), velocity[0].size):

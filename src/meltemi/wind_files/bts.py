@@ -35,7 +35,7 @@ def read_bts(path: str | Path) -> WindBox:
     not used.
 
     Raises:
-      InputError: the file is missing, is no such file, or is cut off.
+      InputError: the file is missing, of another format, or truncated.
     """
     path = Path(path)
     with reading(path) as (file, size):
@@ -65,7 +65,7 @@ def read_bts(path: str | Path) -> WindBox:
         velocity = np.empty((nt, nz, ny, 3), np.float32)
         for span in spans(nt, per_step):
             raw = numbers(file, "<i2", per_step * (span.stop - span.start), path).reshape(-1, per_step)
-            with np.errstate(over="ignore"):  # the box says what is not finite
+            with np.errstate(over="ignore"):  # the box reports values that are not finite
                 velocity[span] = (raw[:, : 3 * nz * ny].reshape(-1, nz, ny, 3).astype(np.float32) - offset) / slope
     return box_or_error(
         path,
@@ -120,7 +120,7 @@ def _scales(velocity: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray
     """Slope and offset of each component, counts = slope * velocity + offset, rounded to what the file can hold."""
     flat = velocity.reshape(-1, 3)
     low, high = flat.min(axis=0).astype(float), flat.max(axis=0).astype(float)
-    constant = high - low < 1e-30  # then one count, 0, stands for it without rounding
+    constant = high - low < 1e-30  # a constant component needs the single count 0, without rounding
     slope = np.where(constant, 1.0, COUNTS / np.where(constant, 1.0, high - low)).astype(np.float32).astype(float)
     offset = np.where(constant, -low, -32768.0 - slope * low).astype(np.float32).astype(float)
     return slope, offset

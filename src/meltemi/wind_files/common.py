@@ -48,7 +48,7 @@ def is_number(word: str) -> bool:
 
 
 def middle(box: WindBox) -> float:
-    """[m] hub height to write: that of the box or, if missing, of the grid centre."""
+    """Hub height [m] to write: that of the box or, if missing, of the grid centre."""
     return box.hub_height if box.hub_height is not None else 0.5 * (box.bottom + box.top)
 
 

@@ -22,8 +22,8 @@ class WindFormat(FileFormat):
 
     Attributes:
       holds: classes that can be written, by name.
-      lacks_grid: its files do not say their grid, which the reader takes as its second argument.
-      no_wind: why ``read_wind`` refuses its files, and what to do; empty: it reads them.
+      lacks_grid: its files do not contain the grid, which is the second argument of the reader.
+      no_wind: why ``read_wind`` rejects its files, and what to do instead; empty if it reads them.
     """
 
     holds: tuple[str, ...] = ("WindBox",)
@@ -68,25 +68,27 @@ def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | Wind
     Wind at the hub (``.csv``) is no wind by itself: see :func:`read_hub_csv`.
 
     Args:
-      path: of the file; of a box of HAWC2 any of the three.
-      grid: for HAWC2 files without a ``.hawc2.yaml`` in their folder; these may be without suffix, as ``NAME_u``.
+      path: wind file; for a HAWC2 box any of the three files.
+      grid: grid of HAWC2 files without a ``.hawc2.yaml`` in their folder; these may be without suffix, as ``NAME_u``.
 
     Raises:
-      InputError: there is no such format, or the file is missing, damaged or of another kind.
+      InputError: the format is unknown, or the file is missing, damaged or of another format.
     """
     path = Path(path)
     named = grid is None or path.suffix.lower() in {f.suffix for f in FORMATS}
-    found = with_suffix(FORMATS, path, "wind file") if named else [f for f in FORMATS if f.lacks_grid]
-    if grid is not None and not found[0].lacks_grid:
+    candidates = with_suffix(FORMATS, path, "wind file") if named else [f for f in FORMATS if f.lacks_grid]
+    if grid is not None and not candidates[0].lacks_grid:
         those = ", ".join(f.title for f in FORMATS if f.lacks_grid)
-        raise InputError(f"{path}: grid= applies to {those} only, this is a {found[0].title}")
-    if found[0].no_wind:
-        raise InputError(f"{path}: {found[0].no_wind}")
-    if len(found) > 1:
+        raise InputError(f"{path}: grid= applies to {those} only, this is a {candidates[0].title}")
+    if candidates[0].no_wind:
+        raise InputError(f"{path}: {candidates[0].no_wind}")
+    if len(candidates) > 1:
         with reading(path) as (file, _):
             begin = file.read(16)
-        found = [f for f in found if f.fits(begin)]
-    wind: WindBox | WindSeries = found[0].read(path, grid) if found[0].lacks_grid else found[0].read(path)
+        candidates = [f for f in candidates if f.fits(begin)]
+    wind: WindBox | WindSeries = (
+        candidates[0].read(path, grid) if candidates[0].lacks_grid else candidates[0].read(path)
+    )
     return wind
 
 
@@ -97,24 +99,24 @@ def write_wind(wind: WindBox | WindSeries | HubSeries, path: str | Path, format:
       wind: a box, or a series (``.wnd``), or wind at the hub (``.csv``).
       path: the suffix tells the format: ``.bts``, ``.wnd`` (a box: Bladed-style, a series: uniform wind), ``.bin``,
         ``.nc``, ``.csv`` (of a box the wind at its hub).
-      format: its name instead: bts, bladed, uniform, hawc2, netcdf, hub_csv.
+      format: name of the format, in place of the suffix: bts, bladed, uniform, hawc2, netcdf, hub_csv.
 
     Returns:
       Paths of all files that were written.
 
     Raises:
-      InputError: there is no such format, it does not hold such a wind, or a file cannot be written.
+      InputError: the format is unknown or does not support the wind, or a file cannot be written.
     """
     path = Path(path)
     kind = "wind file"
-    found = with_suffix(FORMATS, path, kind) if format is None else [with_name(FORMATS, format, kind)]
-    for one in found:
+    candidates = with_suffix(FORMATS, path, kind) if format is None else [with_name(FORMATS, format, kind)]
+    for one in candidates:
         if type(wind).__name__ in one.holds:
             written: list[Path] = one.write(wind, path)
             return written
     able = ", ".join(f"{f.suffix} ({f.text})" for f in FORMATS if type(wind).__name__ in f.holds)
     every = list(dict.fromkeys(name for f in FORMATS for name in f.holds))
     raise InputError(
-        f"{path}: {found[0].title} cannot store a {type(wind).__name__}; "
+        f"{path}: {candidates[0].title} cannot store a {type(wind).__name__}; "
         + (f"one is written as {able}" if able else f"only {', '.join(every[:-1])} and {every[-1]} are written")
     )

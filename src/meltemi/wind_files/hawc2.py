@@ -36,11 +36,11 @@ class Hawc2Grid(Record):
     rows: int = Field(ge=2)
     """Points upwards."""
     dx: float = Field(gt=0.0)
-    """[m] between planes."""
+    """[m] spacing of planes."""
     dy: float = Field(gt=0.0)
-    """[m] between columns."""
+    """[m] spacing of columns."""
     dz: float = Field(gt=0.0)
-    """[m] between rows."""
+    """[m] spacing of rows."""
     speed: float = Field(gt=0.0)
     """[m/s] mean wind speed, at which the box is convected."""
     hub_height: float | None = Field(default=None, gt=0.0)
@@ -62,7 +62,7 @@ class Hawc2Grid(Record):
     direction: float = 0.0
     """[rad] from which the box is turned."""
     box_front: Front = "last"
-    """End of the box that meets the turbine first: its last plane, as in HAWC2, or its first, as in InflowWind."""
+    """End of the box that reaches the turbine first: its last plane, as in HAWC2, or its first, as in InflowWind."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -80,7 +80,7 @@ class Hawc2Grid(Record):
 
     @property
     def lowest(self) -> float:
-        """[m] height of the lowest row."""
+        """Height [m] of the lowest row."""
         if self.bottom is not None:
             return self.bottom
         return (self.hub_height or 0.0) - 0.5 * (self.rows - 1) * self.dz
@@ -111,7 +111,7 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
     Source: output of HAWC2 13.0.4 (h2lib-tests 13.2.2103); OpenFAST, InflowWind_IO.f90, IfW_HAWC_Init.
 
     Args:
-      path: of one of the three files, ``NAME-u.bin``, ``NAME_u.bin``, ``NAMEu.bin``, ``NAME_u``, ``NAME_u.turb``.
+      path: path of one of the three files, ``NAME-u.bin``, ``NAME_u.bin``, ``NAMEu.bin``, ``NAME_u``, ``NAME_u.turb``.
       grid: size, steps, speed and mean wind; read from ``NAME.hawc2.yaml`` if not given.
 
     Raises:
@@ -149,21 +149,22 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
             for span in spans(planes, math.prod(plane)):
                 raw = numbers(file, "<f4", math.prod(plane) * (span.stop - span.start), one)
                 part = raw.reshape(-1, *plane)[:, across].transpose(0, 2, 1)
-                with np.errstate(all="ignore"):  # the box says what is not finite
+                with np.errstate(all="ignore"):  # the box reports values that are not finite
                     velocity[order[span], :, :, c] = part + means[:, c, None]
     same = {name: getattr(grid, name) for name in SAME}
     dt = float(f"{grid.dx / grid.speed:.14g}")
     box = box_or_error(path, velocity=velocity, dt=dt, bottom=grid.lowest, source=path.name, **same)
-    here, turned = divergences(box)
-    if turned < here / 1.5:
+    divergence, turned = divergences(box)
+    if turned < divergence / 1.5:
         other = "first" if grid.box_front == "last" else "last"
-        text = f"its divergence has {here / turned:.2g} times the variance that it would have with box_front: {other}"
+        ratio = divergence / turned
+        text = f"its divergence has {ratio:.2g} times the variance that it would have with box_front: {other}"
         warnings.warn(f"{path}: read with box_front: {grid.box_front}, {text}; check the order", stacklevel=2)
     return box
 
 
 def divergences(box: WindBox) -> tuple[float, float]:
-    """[1/s2] variance of the divergence of a box, and of the same box turned about the vertical without its velocities.
+    """Variance [1/s^2] of the divergence of a box, and of the box rotated about the vertical without its velocities.
 
     Central differences of the first planes; turning changes the sign of the derivatives along and across the wind. Both
     are 0 for a box that is too small to tell.
@@ -190,15 +191,15 @@ def write_hawc2(box: WindBox, path: str | Path, box_front: Front = "last") -> li
     Source: as for :func:`read_hawc2`.
 
     Args:
-      box: what to write.
+      box: wind box to write.
       path: ``NAME.bin``, or the name of one of the files, such as ``NAME_u.bin``.
-      box_front: for HAWC2 ``"last"``, for InflowWind ``"first"``.
+      box_front: end that reaches the turbine first; for HAWC2 ``"last"``, for InflowWind ``"first"``.
 
     Returns:
       Paths of the four files.
 
     Raises:
-      InputError: the name is another one, or a file cannot be written.
+      InputError: the name does not fit, or a file cannot be written.
     """
     path = Path(path)
     paths, note = box_names(path, "write")
@@ -210,7 +211,7 @@ def write_hawc2(box: WindBox, path: str | Path, box_front: Front = "last") -> li
         rows=v.shape[1],
         dx=box.dt * box.speed,
         bottom=box.bottom,
-        profile="none",  # the means take its place
+        profile="none",  # replaced by the means
         box_front=box_front,
         **dict(zip(("mean_u", "mean_v", "mean_w"), means.T, strict=True)),
         **{name: getattr(box, name) for name in SAME},
@@ -235,7 +236,7 @@ def _order(planes: int, box_front: Front) -> tuple[NDArray[np.int64], slice]:
 def box_names(path: Path, purpose: Literal["read", "write"]) -> tuple[list[Path], Path]:
     """Names of the three files and of the description, from one of them."""
     match = NAME.fullmatch(path.name)
-    # a name to write, such as menu.bin, may end with one of the letters by chance
+    # a file name to write, such as menu.bin, may happen to end with one of the letters
     if match is not None and (match["sign"] or not match["base"] or purpose == "read"):
         letters = "UVW" if match["component"].isupper() else "uvw"
         names = [f"{match['base']}{match['sign']}{c}{match['suffix']}" for c in letters]

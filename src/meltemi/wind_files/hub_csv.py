@@ -45,9 +45,9 @@ def read_hub_csv(path: str | Path) -> HubSeries:
 def write_hub_csv(wind: WindBox | HubSeries, path: str | Path) -> list[Path]:
     """Write hub-height wind, with the units in the header.
 
-    Of a box it is the wind of each plane at its hub height (the middle of the grid for want of it), in the middle of
+    Of a box it is the wind of each plane at its hub height (the middle of the grid if missing), in the middle of
     its width, linear between grid points, in the axes of the box. The time is that at which the plane passes the
-    tower in a run: the planes that stand downwind of the tower when the run begins have negative times.
+    tower in a run: planes that are downwind of the tower at the start of the run have negative times.
 
     Returns:
       The path.
@@ -66,8 +66,8 @@ def hub_series(box: WindBox, height: float | None = None) -> HubSeries:
     """The hub-height wind of a box, at the times at which its planes pass the tower.
 
     Args:
-      box: any.
-      height: [m]; by default the hub height of the box or, for want of it, that of the middle of its grid.
+      box: wind box.
+      height: [m] height; by default the hub height of the box or, if missing, that of the middle of its grid.
 
     Raises:
       InputError: the height is outside the box.

@@ -33,7 +33,7 @@ def write_wind_netcdf(box: WindBox, path: str | Path, compression: int = 0) -> l
     netCDF reads it, xarray without options.
 
     Args:
-      box: what to write.
+      box: wind box to write.
       path: ends with ``.nc``.
       compression: 0 for none to 9 for the most; turbulence becomes little smaller.
 
@@ -71,7 +71,7 @@ def read_wind_netcdf(path: str | Path) -> WindBox:
     """Read a wind box that :func:`write_wind_netcdf` wrote.
 
     Raises:
-      InputError: the file is missing, cut off, or does not hold a wind box.
+      InputError: the file is missing, truncated, or does not contain a wind box.
     """
     path = Path(path)
     kind = "a wind box of meltemi; expected netCDF4 with u, v, w over time, z, y and the attributes "
@@ -85,5 +85,5 @@ def _content(file: h5py.File) -> tuple[NDArray[np.float32], dict[str, Any]]:
     velocity = np.empty((*shape, 3), np.float32)
     for i, name in enumerate(AXES):
         velocity[..., i] = file[name]
-    found: dict[str, Any] = {name: float(about[name]) for name in SCALARS if name != "hub_height" or name in about}
-    return velocity, found | {"periodic": bool(about["periodic"]), "source": str(about["source"])}
+    content: dict[str, Any] = {name: float(about[name]) for name in SCALARS if name != "hub_height" or name in about}
+    return velocity, content | {"periodic": bool(about["periodic"]), "source": str(about["source"])}

@@ -52,7 +52,7 @@ def read_wnd(path: str | Path) -> WindSeries:
     if not rows:
         raise InputError(f"{path}: no rows of wind")
     t = np.array(rows)
-    with np.errstate(all="ignore"):  # the record names what is no finite number
+    with np.errstate(all="ignore"):  # the record reports values that are not finite by their name
         level, up = np.cos(np.radians(t[:, 8])), np.sin(np.radians(t[:, 8]))
         data = {
             "time": t[:, 0],

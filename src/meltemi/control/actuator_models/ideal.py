@@ -13,7 +13,7 @@ def coefficients(frequency: float, damping: float) -> tuple[float, ...]:
 
 @kernel
 def advance(angle: float, rate: float, demand: float, p: ActuatorParameters, dt: float) -> tuple[float, float, float]:
-    """The demand; a blade that runs away moves at the rate of the fault."""
+    """The demand; a runaway blade moves at the rate of the fault."""
     if p.runaway:
         return min(max(demand, angle - p.rate * dt), angle + p.rate * dt), rate, 0.0
     return demand, rate, 0.0

@@ -1,7 +1,7 @@
 """Second-order actuator, stepped exactly under a held demand, then limited in rate and angle.
 
-Dry friction moves the angle at which the actuator rests against the direction of motion, by friction over stiffness;
-where the blade comes to rest within this distance from its demand, it sticks.
+Dry friction shifts the equilibrium angle against the direction of motion by friction over stiffness; a blade
+that comes to rest within this distance from its demand sticks.
 
 Reference: docs/theory/control.md (C-10 to C-13, C-94 to C-96).
 """
@@ -18,7 +18,7 @@ RESTS, SECANTS = 4, 4
 
 
 def coefficients(frequency: float, damping: float) -> tuple[float, ...]:
-    """Those of x'' + 2 z w x' + w^2 (x - demand) = 0."""
+    """Coefficients of x'' + 2 z w x' + w^2 (x - demand) = 0."""
     return frequency * frequency, 2.0 * damping * frequency
 
 
@@ -39,7 +39,7 @@ def second_order_step(x: float, v: float, w: float, z: float, dt: float) -> tupl
 
 
 @kernel
-def rubbed_step(x: float, v: float, p: ActuatorParameters, dt: float) -> tuple[float, float]:
+def friction_step(x: float, v: float, p: ActuatorParameters, dt: float) -> tuple[float, float]:
     """Step of x'' + 2 z w x' + w^2 x = -a sgn(x') (C-95, C-96): exact up to the time at which it comes to rest."""
     w, z = p.frequency, p.damping
     reach = p.friction / (w * w)
@@ -50,7 +50,7 @@ def rubbed_step(x: float, v: float, p: ActuatorParameters, dt: float) -> tuple[f
         new_x, new_v = second_order_step(x + side, v, w, z, dt)
         if new_v * side >= 0.0:
             return new_x - side, new_v
-        # at rest within the step, at a time by secants between the velocities of its ends
+        # at rest within the step, at a time computed by the secant method from the velocities at its ends
         low, high, v_low, v_high = 0.0, dt, v if v != 0.0 else side, new_v
         for _ in range(SECANTS):
             t = high - v_high * (high - low) / (v_high - v_low)
@@ -77,7 +77,7 @@ def advance(angle: float, rate: float, demand: float, p: ActuatorParameters, dt:
         return angle, rate, 0.0
     most = p.rate
     if p.friction > 0.0:
-        error, free = rubbed_step(angle - demand, rate, p, dt)
+        error, free = friction_step(angle - demand, rate, p, dt)
     else:
         error, free = second_order_step(angle - demand, rate, p.frequency, p.damping, dt)
     new, limited = demand + error, min(max(free, -most), most)

@@ -77,13 +77,13 @@ def export(
     rows = [[note.kind, note.what, note.why] for note in written.notes]
     print_table(f"{described.name}: differences of the deck", ["", "what", "how"], rows, text_columns=3)
     wrote(*written.files)
-    beside = folder / case.turbine  # the deck itself has no control that can be read
+    beside = folder / case.turbine  # the deck itself has no controller settings that can be read
     source = beside if beside.is_file() else case.turbine
     suggest("import", written.main, "--control-of", source, "--out", out / "check")
 
 
 def _operation(turbine: Any, options: Any, case: LoadCase, folder: Path) -> tuple[float | None, float | None]:
-    """Rotor speed [rad/s] and pitch [rad] of steady operation in the mean of the wind; None where nothing turns."""
+    """Rotor speed [rad/s] and pitch [rad] of steady operation at the mean wind speed; None for a parked turbine."""
     from meltemi.cases.case import case_wind
 
     try:
@@ -109,7 +109,7 @@ def case_of(target: str) -> tuple[LoadCase, Path]:
 
 
 def _options(content: dict[str, Any], texts: Sequence[str]) -> dict[str, Any]:
-    """The content of options with those of ``key=value``, or ``advanced.key=value``, in place of its own."""
+    """Options updated with settings ``key=value`` or ``advanced.key=value``."""
     from meltemi.core.record import set_keys
     from meltemi.core.yamlfile import parse
 
@@ -117,6 +117,6 @@ def _options(content: dict[str, Any], texts: Sequence[str]) -> dict[str, Any]:
         name, equals, value = text.partition("=")
         if not equals:
             raise InputError(f"--option {text!r}: expected an option and its value, such as stall=static")
-        for key, found in parse(f"{name.strip()}: {value}", Path("--option")).items():
-            set_keys(content, key, found)
+        for key, setting in parse(f"{name.strip()}: {value}", Path("--option")).items():
+            set_keys(content, key, setting)
     return content

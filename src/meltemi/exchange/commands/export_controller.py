@@ -21,12 +21,19 @@ def export_controller(
 
     with simulation_bar("export"):
         model = meltemi.build(fitted(meltemi.load_turbine(turbine), specification(controller)))
-        made = meltemi.io.export_controller(meltemi.control.make_controller(controller, model), model.turbine, out)
-    rows = [[name, f"{difference:.2g}"] for name, difference in made.inexact.items()]
+        exported = meltemi.io.export_controller(meltemi.control.make_controller(controller, model), model.turbine, out)
+    rows = [[name, f"{difference:.2g}"] for name, difference in exported.inexact.items()]
     if rows:
         print_table("Initial states that the library interpolates", ["entry", "difference"], rows, text_columns=1)
-    say(f"note: without records in the interface, constant in the library: {', '.join(made.unmeasured)}")
-    wrote(made.library, made.parameters)
+    say(f"note: without records in the interface, constant in the library: {', '.join(exported.unmeasured)}")
+    wrote(exported.library, exported.parameters)
     library = out if len(out.parts) > 1 else Path() / out
-    options = ("--wind-speed", 12, "--controller", library.absolute(), "--controller-input", made.parameters.absolute())
+    options = (
+        "--wind-speed",
+        12,
+        "--controller",
+        library.absolute(),
+        "--controller-input",
+        exported.parameters.absolute(),
+    )
     suggest("run", turbine, *options, "--out", "out")

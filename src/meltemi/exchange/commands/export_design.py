@@ -1,4 +1,4 @@
-"""``meltemi export-linear`` and ``meltemi export-rosco``: models and tables for the control design of others."""
+"""``meltemi export-linear`` and ``meltemi export-rosco``: models and tables for control design in other tools."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ def import_(
     """
     from meltemi.core.yamlfile import read_mapping, write_record
     from meltemi.exchange.hawc2 import import_hawc2
-    from meltemi.exchange.windio.gains import with_own_gains
+    from meltemi.exchange.windio.gains import with_tuned_gains
 
     of_decks = {"--blade": blade != "deck", "--fixed-base": fixed_base, "--momentum-wake": momentum_wake}
     of_decks["--discon"] = discon is not None
@@ -48,10 +48,10 @@ def import_(
     if kind == "a windIO file":
         imported = meltemi.io.import_windio(source, extra)
         paths = flat(read_mapping(extra)) if extra else {}
-        own = {path.removeprefix("control."): x for path, x in paths.items() if path.startswith("control.")}
-        if "pitch.proportional_gain" not in own:
+        control_values = {path.removeprefix("control."): x for path, x in paths.items() if path.startswith("control.")}
+        if "pitch.proportional_gain" not in control_values:
             with simulation_bar("pitch gains with margins"):
-                imported = with_own_gains(imported, own)
+                imported = with_tuned_gains(imported, control_values)
         _show(imported)
         _write(imported, source, out)
         wrote(out / "turbine.yaml", out / "report.md")
@@ -83,7 +83,7 @@ def import_(
 
 
 def _kind(source: Path, of_decks: dict[str, bool], of_models: dict[str, bool]) -> str:
-    """What the file is; raises an error if an option is used that others have (options and whether they are used)."""
+    """The format of the source file; raises an error if an option of another format is used."""
     kind = SOURCES.get(source.suffix.lower(), "an OpenFAST deck")
     for option, used in {**of_decks, **(of_models if kind == "a windIO file" else {})}.items():
         if used and kind != "an OpenFAST deck":
@@ -93,7 +93,7 @@ def _kind(source: Path, of_decks: dict[str, bool], of_models: dict[str, bool]) -
 
 
 def _show(imported: ImportedTurbine) -> None:
-    """Print approximated and ignored data, the number of notes, and implausible values."""
+    """Print approximated and ignored data, the number of notes and implausible values."""
     from meltemi.exchange.report import KINDS
 
     for title, head, rows in imported.tables():
@@ -103,7 +103,7 @@ def _show(imported: ImportedTurbine) -> None:
 
 
 def _write(imported: ImportedTurbine, source: Path, out: Path) -> str | None:
-    """Write turbine and report, and settings of ROSCO, whose name is returned."""
+    """Write the turbine, the report and the ROSCO settings; return the name of the settings file."""
     from meltemi.core.files import write_text
 
     turbine = imported.turbine
@@ -143,7 +143,7 @@ def flat(data: Any, path: str = "") -> dict[str, Any]:
     """Flatten nested keys to key paths: ``{"drivetrain": {"stiffness": 1.0}}`` is ``{"drivetrain.stiffness": 1.0}``."""
     if not isinstance(data, dict) or not data:
         return {path: data}
-    found: dict[str, Any] = {}
+    flattened: dict[str, Any] = {}
     for name, value in data.items():
-        found |= flat(value, f"{path}.{name}" if path else str(name))
-    return found
+        flattened |= flat(value, f"{path}.{name}" if path else str(name))
+    return flattened

@@ -1,7 +1,7 @@
 """Compiled controllers as shared libraries with the Bladed interface.
 
-The law is the optimised LLVM code that a run would use, made machine code for any processor of the platform; it calls
-nothing but the mathematical functions of C. ``discon.c`` translates the swap array, the start, the parameters, the log.
+The control law is the optimised LLVM code of a run, compiled for any processor of the platform; it calls only the
+mathematical functions of C. ``discon.c`` handles the swap array, the initial state, the parameters and the log.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from meltemi.control.signals import Demands, Measurements
 from meltemi.core.errors import InputError
 from meltemi.core.files import replacing, write_text
 from meltemi.environment.grid import NOMINAL_FREQUENCY
-from meltemi.exchange.controller_library.starts import POINTS, Rule, start_rules
+from meltemi.exchange.controller_library.starts import POINTS, StartRule, start_rules
 from meltemi.turbine.power_turbine import AnyTurbine
 
 COMPILERS = ("cc", "gcc", "clang")
@@ -68,7 +68,7 @@ class ExportedController:
       library, parameters: paths of the library, and of the text file beside it.
       inexact: names of entries of the initial state that the library interpolates, with their largest relative
         difference; the run then begins with a small transient of the controller.
-      unmeasured: measurements for which the interface has no record, and which keep a constant value.
+      unmeasured: measurements that the interface does not provide, and which keep a constant value.
     """
 
     library: Path
@@ -82,11 +82,11 @@ def export_controller(controller: Controller, turbine: AnyTurbine, path: str | P
 
     Args:
       controller: compiled: one of meltemi's, or with an ``update`` decorated by ``numba.njit``.
-      turbine: that it was made for.
-      path: of the library (``.so``, ``.dylib``, ``.dll``).
+      turbine: turbine for which the controller was designed.
+      path: path of the library (``.so``, ``.dylib``, ``.dll``).
 
     Returns:
-      The paths, and what the library does not know.
+      The paths, and the limitations of the library.
 
     Raises:
       InputError: the controller is plain Python, a library, or calls what a library cannot; flaps of a blade move
@@ -125,11 +125,11 @@ def export_controller(controller: Controller, turbine: AnyTurbine, path: str | P
     known = {"pitch_1", *(r.source for r in RECORDS), *ROWS.values(), "yaw_bearing_moment_y", "yaw_bearing_moment_z"}
     absent = [n for n in Measurements.names if n not in known and n not in ("callback", "n_blades")]
     unmeasured = tuple(dict.fromkeys("flap" if name.startswith("flap_") else name for name in absent))
-    return ExportedController(path, parameters, {names[i]: float(found) for i, found in inexact}, unmeasured)
+    return ExportedController(path, parameters, {names[i]: float(difference) for i, difference in inexact}, unmeasured)
 
 
 def _object(controller: Controller) -> bytes:
-    """Object code of a law, with the name ``meltemi_law``, for any processor of this platform.
+    """Object code of a control law, named ``meltemi_law``, for any processor of this platform.
 
     Raises:
       InputError: it cannot be compiled, or calls more than mathematical functions.
@@ -153,23 +153,24 @@ def _compile(arguments: Sequence[str]) -> None:
     Raises:
       InputError: there is none, or it fails.
     """
-    own = os.environ.get("CC")
-    found = [*shlex.split(own)] if own else [c for c in COMPILERS if shutil.which(c)][:1]
-    if not found or shutil.which(found[0]) is None:
+    requested = os.environ.get("CC")
+    compiler = [*shlex.split(requested)] if requested else [c for c in COMPILERS if shutil.which(c)][:1]
+    if not compiler or shutil.which(compiler[0]) is None:
         raise InputError(
             f"the export of a controller needs a C compiler ({', '.join(COMPILERS)}, or the one that CC names), and "
-            f"there is none{f' at {own}' if own else ''}: apt install gcc, xcode-select --install, or conda install "
+            f"there is none{f' at {requested}' if requested else ''}: "
+            "apt install gcc, xcode-select --install, or conda install "
             "c-compiler"
         )
-    done = subprocess.run([*found, *arguments], capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise InputError(f"{found[0]} failed: {' / '.join(done.stderr.strip().splitlines()[-3:])}")
+    process = subprocess.run([*compiler, *arguments], capture_output=True, text=True, check=False)
+    if process.returncode:
+        raise InputError(f"{compiler[0]} failed: {' / '.join(process.stderr.strip().splitlines()[-3:])}")
 
 
 def _constants(
-    controller: Controller, turbine: AnyTurbine, first: Any, rules: Sequence[Rule], names: Sequence[str]
+    controller: Controller, turbine: AnyTurbine, first: Any, rules: Sequence[StartRule], names: Sequence[str]
 ) -> str:
-    """The header of ``discon.c``: sizes, places, the initial state with its rules, the records that are read."""
+    """The header of ``discon.c``: sizes, indices, the initial state with its rules, and the records that are read."""
     constant = Measurements(Measurements.zeros())
     constant.n_blades, constant.grid, constant.grid_voltage, constant.power_limit = turbine.n_blades, 1.0, 1.0, math.inf
     constant.grid_frequency, constant.power_reference = NOMINAL_FREQUENCY, turbine.rated_power
@@ -197,7 +198,7 @@ def _constants(
     lines += [f"static const double CONSTANT[N_MEASURED] = {_list(constant.array)};"]
     lines += [f"static const char *const NAMES[N_STATE] = {{{', '.join(map(_text, names))}}};"]
     lines += [f"static const double TABLE_{r.entry}[TABLE] = {_list(r.table)};" for r in rules if r.table]
-    lines += ["typedef struct { int entry, input, kind; double a, b, c; const double *table; } Rule;"]
+    lines += ["typedef struct { int entry, input, kind; double a, b, c; const double *table; } StartRule;"]
     listed = [
         f"{{{r.entry}, {r.quantity}, {r.kind}, {r.a!r}, {r.b!r}, {r.c!r}, {f'TABLE_{r.entry}' if r.table else '0'}}}"
         for r in rules

@@ -1,4 +1,4 @@
-"""States in which a controller begins, as rules of one quantity of the operating point each, found by its ``init``."""
+"""Initial states of a controller as rules, each in one quantity of the operating point, from calls of ``init``."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ EXACT = 1e-11
 
 
 @dataclass(frozen=True)
-class Rule:
+class StartRule:
     """How an entry of the state depends on a quantity of the operating point.
 
     Attributes:
-      entry: of the state vector; ``quantity`` of ``INPUTS``.
+      entry: index in the state vector; ``quantity``: index in ``INPUTS``.
       kind: polynomial a + b x + c x^2; step, b below a and c above; or a table of equal steps from a to b.
     """
 
@@ -39,7 +39,7 @@ class Rule:
     table: tuple[float, ...] = ()
 
 
-def start_rules(controller: Controller, turbine: AnyTurbine) -> tuple[Float, list[Rule], list[tuple[int, float]]]:
+def start_rules(controller: Controller, turbine: AnyTurbine) -> tuple[Float, list[StartRule], list[tuple[int, float]]]:
     """State at one operating point, rules for the entries that depend on it, and (entry, difference) of inexact ones.
 
     An entry that depends on several quantities gets a table over the one that changes it most, with the others at the
@@ -50,16 +50,16 @@ def start_rules(controller: Controller, turbine: AnyTurbine) -> tuple[Float, lis
     states = np.array([_state(controller, x) for x in points])
     rules, inexact = [], []
     for entry in np.flatnonzero(np.ptp(states, axis=0) > 0.0):
-        rule = _polynomial(int(entry), points, states[:, entry]) or _scanned(controller, int(entry), low, high)
+        rule = _polynomial(int(entry), points, states[:, entry]) or _tabulated(controller, int(entry), low, high)
         rules.append(rule)
         scale = float(np.abs(states[:, entry]).max())
-        found = max(abs(value_of(rule, x) - y) for x, y in zip(points, states[:, entry], strict=True))
-        if found > EXACT * scale:
-            inexact.append((int(entry), found / scale))
+        largest_error = max(abs(value_of(rule, x) - y) for x, y in zip(points, states[:, entry], strict=True))
+        if largest_error > EXACT * scale:
+            inexact.append((int(entry), largest_error / scale))
     return _state(controller, 0.5 * (low + high)), rules, inexact
 
 
-def value_of(rule: Rule, x: Any) -> float:
+def value_of(rule: StartRule, x: Any) -> float:
     """The entry at the quantities ``x`` of an operating point, as the library computes it."""
     at = float(x[rule.quantity])
     if rule.kind == POLYNOMIAL:
@@ -82,7 +82,7 @@ def _state(controller: Controller, x: Any) -> Float:
     return controller.initial_state(StartPoint(wind, speed, pitch, torque, mean))
 
 
-def _polynomial(entry: int, points: Float, values: Float) -> Rule | None:
+def _polynomial(entry: int, points: Float, values: Float) -> StartRule | None:
     for quantity in range(len(INPUTS)):
         x = points[:, quantity]
         size = x.max()
@@ -91,13 +91,13 @@ def _polynomial(entry: int, points: Float, values: Float) -> Rule | None:
         fitted[np.abs(fitted) < 1e-13 * np.abs(fitted).max()] = 0.0
         a, b, c = (float(value) for value in fitted / size ** np.arange(3))
         b = round(b, 12) if abs(b - round(b)) < 1e-12 else b
-        rule = Rule(entry, quantity, POLYNOMIAL, a, b, c)
+        rule = StartRule(entry, quantity, POLYNOMIAL, a, b, c)
         if max(abs(value_of(rule, p) - y) for p, y in zip(points, values, strict=True)) <= EXACT * np.abs(values).max():
             return rule
     return None
 
 
-def _scanned(controller: Controller, entry: int, low: Float, high: Float) -> Rule:
+def _tabulated(controller: Controller, entry: int, low: Float, high: Float) -> StartRule:
     middle = 0.5 * (low + high)
 
     def at(quantity: int, value: float) -> float:
@@ -107,12 +107,12 @@ def _scanned(controller: Controller, entry: int, low: Float, high: Float) -> Rul
 
     coarse = [[at(k, v) for v in np.linspace(low[k], high[k], 33)] for k in range(len(INPUTS))]
     quantity = int(np.argmax(np.ptp(coarse, axis=1)))
-    begin, end, seen = float(low[quantity]), float(high[quantity]), coarse[quantity]
-    if len(set(seen)) == 2 and np.count_nonzero(np.diff(seen)) == 1:
+    begin, end, values = float(low[quantity]), float(high[quantity]), coarse[quantity]
+    if len(set(values)) == 2 and np.count_nonzero(np.diff(values)) == 1:
         below, above = begin, end
         for _ in range(60):
             between = 0.5 * (below + above)
-            below, above = (between, above) if at(quantity, between) == seen[0] else (below, between)
-        return Rule(entry, quantity, STEP, above, seen[0], seen[-1])
+            below, above = (between, above) if at(quantity, between) == values[0] else (below, between)
+        return StartRule(entry, quantity, STEP, above, values[0], values[-1])
     table = tuple(at(quantity, float(v)) for v in np.linspace(begin, end, POINTS))
-    return Rule(entry, quantity, TABLE, begin, end, table=table)
+    return StartRule(entry, quantity, TABLE, begin, end, table=table)

@@ -1,4 +1,4 @@
-"""A controller, generator or drivetrain that is given as a functional mock-up unit, in a simulation, through FMPy."""
+"""Functional mock-up units as controller, generator or drivetrain of a simulation, through FMPy."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from meltemi.turbine.power_turbine import AnyTurbine
 
 
 def fmu_controller(path: str | Path, turbine: AnyTurbine) -> Controller:
-    """The controller that a co-simulation unit is.
+    """Controller that calls a co-simulation unit.
 
-    The baseline law of the turbine is computed first. The unit's outputs of the names of demands (``generator_torque``,
-    ``pitch_1``; ``pitch`` for all blades) replace its demands, so a generator or drivetrain gives the torque alone.
+    The baseline law of the turbine is computed first. Outputs of the unit with names of demands (``generator_torque``,
+    ``pitch_1``; ``pitch`` for all blades) replace its demands, so a generator or drivetrain provides the torque only.
     Inputs have names of measurements, or ``demand.NAME``: what the baseline law asks for. ``measured.NAME`` and
-    ``demand.NAME`` are taken for outputs and inputs alike. Each call sets the inputs of its instant, lets the unit step
-    by the sample time, and takes its outputs.
+    ``demand.NAME`` are accepted for outputs and inputs alike. Each call sets the inputs of its instant, lets the unit
+    step by the sample time, and takes its outputs.
 
     Args:
-      path: of the ``.fmu``; its code runs in this process, so use only units that you trust.
-      turbine: that it controls.
+      path: path of the ``.fmu``; its code runs in this process, so use only units that you trust.
+      turbine: controlled turbine.
 
     Raises:
       InputError: FMPy is missing, the file is no co-simulation unit of FMI 2.0 or 3.0, or a name or unit of its
-        variables is none of ours.
+        variables is unknown.
     """
     need(f"{path}: an FMU as controller", "fmpy")
     from fmpy import read_model_description
@@ -70,7 +70,7 @@ def _float(value: Any) -> float | None:
 
 
 def _measured(path: Path, variable: Any) -> tuple[int, bool, int]:
-    """Value reference of an input, whether it is a demand of the baseline law, and its row."""
+    """Value reference of an input, whether it is a demand of the baseline law, and its index."""
     name = variable.name
     table: Any = Demands if name.startswith("demand.") else Measurements
     plain = name.removeprefix("demand.").removeprefix("measured.")
@@ -79,7 +79,7 @@ def _measured(path: Path, variable: Any) -> tuple[int, bool, int]:
 
 
 def _demanded(path: Path, variable: Any, turbine: AnyTurbine) -> list[tuple[int, int]]:
-    """Value reference and row of each demand that an output is; none if it is something else."""
+    """Value reference and index of each demand set by an output; empty for other outputs."""
     plain = variable.name.removeprefix("demand.")
     names = [f"pitch_{b + 1}" for b in range(turbine.n_blades)] if plain == "pitch" else [plain]
     if names[0] not in Demands.names:
@@ -90,14 +90,14 @@ def _demanded(path: Path, variable: Any, turbine: AnyTurbine) -> list[tuple[int,
 
 def _check(path: Path, what: str, name: str, unit: str | None, table: Any) -> None:
     if name not in table.names:
-        raise InputError(f"{path}: {what} {name!r} is none of a turbine's: {did_you_mean(name, table.names)}")
+        raise InputError(f"{path}: {what} {name!r} is not a variable of a turbine: {did_you_mean(name, table.names)}")
     ours = {row.name: row.unit for row in table.rows}[name]
     if unit not in (None, "", ours, ours.replace(" ", "."), ours.replace(" ", "")):
         raise InputError(f"{path}: {what} {name} has the unit {unit!r}; expected {ours!r}")
 
 
 class _Unit:
-    """An instance, from its first call to its end."""
+    """Instance of a unit from its first call to its termination."""
 
     def __init__(
         self, path: Path, description: Any, inputs: Sequence[tuple[int, bool, int]], outputs: Sequence[tuple[int, int]]
@@ -140,7 +140,7 @@ class _Unit:
             demands.array[row] = value
 
     def close(self) -> None:
-        """End the instance and remove its files; once."""
+        """Terminate the instance and remove its files; further calls do nothing."""
         if self.folder is not None:
             if self.begun:
                 self.unit.terminate()

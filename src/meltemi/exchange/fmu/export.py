@@ -1,4 +1,4 @@
-"""Write a turbine as a functional mock-up unit; pythonfmu (FMI 2.0) and pythonfmu3 (3.0) give the library around it."""
+"""Write a turbine as a functional mock-up unit with the libraries of pythonfmu (FMI 2.0) and pythonfmu3 (3.0)."""
 
 from __future__ import annotations
 
@@ -48,15 +48,15 @@ def export_fmu(case: LoadCase, path: str | Path, *, fmi: Literal["2.0", "3.0"] =
 
     Args:
       case: turbine, controller, wind, options and channels; with the controller ``fixed`` the master sets the demands.
-      path: of the file, ``.fmu``.
+      path: path of the ``.fmu`` file.
       fmi: version of the standard.
-      folder: to which paths of the case are relative.
+      folder: folder to which paths of the case are relative.
 
     Returns:
       The path.
 
     Raises:
-      InputError: the name or version is none of these, a package is missing, or the case cannot run.
+      InputError: the file name or version is not supported, a package is missing, or the case cannot run.
     """
     path = Path(path)
     if path.suffix != ".fmu":
@@ -90,21 +90,21 @@ def export_fmu(case: LoadCase, path: str | Path, *, fmi: Literal["2.0", "3.0"] =
         beside = [file for file in source.iterdir() if file != script]
         name = script.stem
         try:
-            made = import_module(f"{package}.builder").FmuBuilder.build_FMU(script, built, project_files=beside)
+            unit_file = import_module(f"{package}.builder").FmuBuilder.build_FMU(script, built, project_files=beside)
         finally:  # the builder imports the script by its name
             sys.modules.pop(name, None)
             sys.path[:] = [entry for entry in sys.path if entry != str(source)]
-        words = _documentation(about, made)
-        with ZipFile(made, "a", ZIP_DEFLATED) as file:
+        words = _documentation(about, unit_file)
+        with ZipFile(unit_file, "a", ZIP_DEFLATED) as file:
             file.writestr("documentation/index.html", words)
             file.writestr("model.png" if fmi == "2.0" else "terminalsAndIcons/icon.png", ICON)
         with replacing(path) as (partial,):
-            shutil.copyfile(made, partial)
+            shutil.copyfile(unit_file, partial)
     return path
 
 
 def _with_files(case: LoadCase, folder: Path) -> LoadCase:
-    """The case with the files of wind and controller beside it."""
+    """The case with the wind and controller files that have to be packed with it."""
     changes = {}
     for part in ("wind", "controller"):
         for key in ("file", "hub_file", "library", "input"):
@@ -115,9 +115,9 @@ def _with_files(case: LoadCase, folder: Path) -> LoadCase:
     return case.replace(**changes) if changes else case
 
 
-def _documentation(about: dict[str, str], made: Path) -> str:
-    """Page of the unit, with its variables as in the description."""
-    with ZipFile(made) as file:
+def _documentation(about: dict[str, str], description_file: Path) -> str:
+    """Documentation page of the unit with a table of its variables."""
+    with ZipFile(description_file) as file:
         text = file.read("modelDescription.xml").decode()
     rows = "".join(
         f"<tr><td>{name}</td><td>{causality}</td><td>{words}</td></tr>\n" for name, causality, words in _rows(text)

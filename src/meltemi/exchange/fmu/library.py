@@ -1,4 +1,4 @@
-"""What the libraries of pythonfmu (0.7.0) and pythonfmu3 (0.3.4), which call Python, leave undone."""
+"""Workarounds for the libraries of pythonfmu (0.7.0) and pythonfmu3 (0.3.4), which call Python."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ END = "finalizePythonInterpreter"
 
 
 def keep(names: dict[str, Any]) -> None:
-    """Count a reference to the names of a script, once each time that it runs.
+    """Add a reference to the namespace of a script each time it runs.
 
-    The library of pythonfmu runs it for each instance, and then returns a reference that it only borrowed. Without
-    this one the names vanish, with the second instance or when Python collects what it no longer needs.
+    The library of pythonfmu runs the script for each instance and then releases a reference that it only borrowed.
+    Without this one the namespace vanishes with the second instance or at the next garbage collection.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(names))
 
 
 def end_with_python(path: str | Path) -> None:
-    """End a library of these kinds, which this process has loaded, together with Python.
+    """Unload a library of this kind from the process together with Python.
 
-    On Linux it may stay loaded to the end of the process, and would then end twice: what it frees the second time is no
-    longer its own, and one process in thirty aborts. Other libraries are left alone.
+    On Linux it may stay loaded to the end of the process and would then be finalised twice: it frees memory a second
+    time, and one process in thirty aborts. Other libraries are not changed.
     """
     if sys.platform == "linux":
         with suppress(OSError):  # it is not loaded

@@ -1,4 +1,4 @@
-"""The inside of a turbine's unit: what the libraries of pythonfmu and pythonfmu3 call for the master."""
+"""Implementation of a turbine's unit: the methods that pythonfmu and pythonfmu3 call for the master."""
 
 from __future__ import annotations
 
@@ -24,7 +24,8 @@ CASE, ABOUT = "case.yaml", "about.json"
 
 
 class Unit:
-    """Mixin of the classes ``Fmi2Slave`` and ``Fmi3Slave``; it stands before them, and replaces what they do.
+    """Mixin of the classes ``Fmi2Slave`` and ``Fmi3Slave``; it precedes them in the list of bases and overrides their
+    methods.
 
     The state is that of ``Simulation.moving`` (docs/guide/saved-states.md) and the values that the master has set.
     """
@@ -47,7 +48,7 @@ class Unit:
             keys = case.model_dump(mode="json", exclude_defaults=True)
             case = LoadCase(**keys | {"wind": {"kind": "file", "file": str(Path(self._wind_file).absolute())}})
         run = case_run(case, case_turbine(case, self._folder), self._folder)
-        self._run = Simulation(run, held_steps=2)  # samples are not kept: the master has them
+        self._run = Simulation(run, held_steps=2)  # samples are not stored: the master records them
         self._endless = isinstance(self._run.wind, SteadyWind)
         self._variables = variables_of(self._run, case.controller.kind)
         arrays = {v.array: self._run.case[v.array] for v in self._variables if v.array}
@@ -84,7 +85,7 @@ class Unit:
         self._wind_file = values[-1]
 
     def exit_initialization_mode(self) -> None:
-        """Begin the run: with the wind of a file it is prepared anew, with what the master has set by name."""
+        """Begin the run; with a wind file the run is prepared again, with the values that the master has set."""
         if self._wind_file:
             described, values = self._variables, self.get_real(self._set)
             self._begin()
@@ -96,7 +97,7 @@ class Unit:
         self._run._measure()
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """March to the end of a communication step, which is a multiple of the time step of the run."""
+        """Advance to the end of a communication step, which is a multiple of the time step of the run."""
         run, steps = self._run, round(step_size / self._run.dt)
         if steps < 1 or abs(steps * run.dt - step_size) > 1e-6 * run.dt:
             return self._refuse(f"the communication step {step_size:g} s is no multiple of the time step {run.dt:g} s")
@@ -146,5 +147,5 @@ class Unit:
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        with np.load(io.BytesIO(state), allow_pickle=False) as found:
-            return dict(found)
+        with np.load(io.BytesIO(state), allow_pickle=False) as archive:
+            return dict(archive)

@@ -1,4 +1,4 @@
-"""Variables of a turbine's unit: what a master sets and reads, and where it is in the arrays of a run."""
+"""Variables of a turbine's unit that a master sets and reads, and their places in the arrays of a run."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ BASE: dict[str, dict[str, int]] = {
 
 
 @dataclass(frozen=True)
-class Variable:
-    """One variable of the unit, a float.
+class FmuVariable:
+    """Variable of the unit, a float.
 
     Attributes:
       name, unit, about: as the model description has them.
       causality: ``input``, ``output``, or ``parameter``, which is tunable.
-      array, index: where it is: an array of the case; ``""`` is the vector of all signals.
+      array, index: array of the case and index in it; ``""`` is the vector of all signals.
     """
 
     name: str
@@ -48,22 +48,22 @@ class Variable:
 
 def base_units(unit: str) -> dict[str, int]:
     """Exponents of the base units of a unit such as ``N m/rad``; empty for numbers."""
-    found: dict[str, int] = {}
+    exponents: dict[str, int] = {}
     for sign, name, power in re.findall(r"([ /]?)([A-Za-z]+)(?:\^(\d))?", unit):
         for base, exponent in BASE.get(name, {}).items():
-            found[base] = found.get(base, 0) + exponent * int(power or 1) * (-1 if sign == "/" else 1)
-    return {base: exponent for base, exponent in found.items() if exponent}
+            exponents[base] = exponents.get(base, 0) + exponent * int(power or 1) * (-1 if sign == "/" else 1)
+    return {base: exponent for base, exponent in exponents.items() if exponent}
 
 
-def variables_of(simulation: Simulation, kind: str) -> list[Variable]:
+def variables_of(simulation: Simulation, kind: str) -> list[FmuVariable]:
     """Variables of the unit of a run, in the order of their value references.
 
     Args:
-      kind: of the controller, as in case files. With ``fixed`` the master sets the demands. Inputs are there only where
-        they act: the power reference under power control, voltage and reactive power with an electrical system.
+      kind: kind of the controller, as in case files. With ``fixed`` the master sets the demands. Inputs exist only
+        where they act: the power reference under power control, voltage and reactive power with an electrical system.
     """
     case, model = simulation.case, simulation.model
-    blades, found = model.n_blades, list[Variable]()
+    blades, variables = model.n_blades, list[FmuVariable]()
 
     def add(
         causality: str, array: str, table: type[Table], names: dict[str, str], *column: int, first: bool = False
@@ -72,7 +72,7 @@ def variables_of(simulation: Simulation, kind: str) -> list[Variable]:
         for name, shown in names.items():
             row, place = rows[name], table.index(name)
             index = (*column, place) if first else (place, *column)
-            found.append(Variable(shown, row.unit, row.doc, causality, array, index))
+            variables.append(FmuVariable(shown, row.unit, row.doc, causality, array, index))
 
     if len(case["series"]) == 1 and case["wind"][0] == 0.0:  # steady wind, which the master may change
         add("input", "series", WindNow, {"speed": "wind_speed", "direction": "wind_direction"}, 0, first=True)
@@ -89,43 +89,47 @@ def variables_of(simulation: Simulation, kind: str) -> list[Variable]:
     if kind == "fixed":
         pitch, flaps = [f"pitch_{b + 1}" for b in range(blades)], model.turbine.flaps
         names = ["generator_torque", *pitch, "brake", *(["yaw_rate"] if model.options.yaw == "driven" else [])]
-        names += [name for name in Demands.names if flaps and name.startswith("flap") and _of(name, len(flaps), blades)]
+        names += [
+            name
+            for name in Demands.names
+            if flaps and name.startswith("flap") and _is_flap_of(name, len(flaps), blades)
+        ]
         add("input", "demands", Demands, {name: f"demand.{name}" for name in names})
     offsets = {f"pitch_offset_{b + 1}": f"pitch_offset_{b + 1}" for b in range(blades)}
     add("input", "actuators", Actuators, offsets)
-    reports = [name for name in Measurements.names if _shown(name, blades, len(model.turbine.flaps))]
+    reports = [name for name in Measurements.names if _is_available(name, blades, len(model.turbine.flaps))]
     add("output", "measured", Measurements, {name: f"measured.{name}" for name in reports})
-    found.extend(_channels(simulation))
-    return found
+    variables.extend(_channels(simulation))
+    return variables
 
 
-def _of(name: str, flaps: int, blades: int) -> bool:
-    """Whether a row of a flap is one of the turbine's."""
+def _is_flap_of(name: str, flaps: int, blades: int) -> bool:
+    """Whether the turbine has the flap of a name."""
     j, b = (int(number) for number in re.findall(r"\d+", name)) if name.count("_") > 1 else (1, int(name[-1]))
     return j <= flaps and b <= blades
 
 
-def _shown(name: str, blades: int, flaps: int) -> bool:
-    """Whether a measurement exists for the turbine, and is one of a sensor or of the grid."""
+def _is_available(name: str, blades: int, flaps: int) -> bool:
+    """Whether a measurement exists for the turbine and is that of a sensor or of the grid."""
     if name in ("callback", "n_blades", "request", "power_limit") or (name.startswith("flap") and not flaps):
         return False
     number = re.fullmatch(r"(?:pitch|out_of_plane_moment|in_plane_moment)_(\d)", name)
     return int(number[1]) <= blades if number else True
 
 
-def _channels(simulation: Simulation) -> Iterator[Variable]:
+def _channels(simulation: Simulation) -> Iterator[FmuVariable]:
     for channel in simulation.channels:
         name = channel.name.replace(" ", "_")
-        yield Variable(name, channel.unit, channel.description, "output", "", (simulation.case.place(channel),))
+        yield FmuVariable(name, channel.unit, channel.description, "output", "", (simulation.case.place(channel),))
 
 
 def model_description(
-    variables: list[Variable], starts: list[float], version: str, about: dict[str, str], experiment: dict[str, str]
+    variables: list[FmuVariable], starts: list[float], version: str, about: dict[str, str], experiment: dict[str, str]
 ) -> Element:
     """The model description of FMI 2.0 or 3.0.
 
     Args:
-      variables: the value reference of each is its place; a fixed text, ``wind_file``, follows
+      variables: the value reference of each is its index; a fixed text, ``wind_file``, follows
         them, and in FMI 3.0 ``time``.
       starts: values at the start.
       version: ``2.0`` or ``3.0``.
@@ -185,7 +189,7 @@ def model_description(
     return root
 
 
-def _variable(listed: Element, two: bool, i: int, v: Variable, start: float) -> None:
+def _variable(listed: Element, two: bool, i: int, v: FmuVariable, start: float) -> None:
     common = {"name": v.name, "valueReference": str(i), "causality": v.causality, "description": v.about}
     common["variability"] = "tunable" if v.causality == "parameter" else "discrete"
     number = {} if v.unit in ("-", "") else {"unit": v.unit}

@@ -1,6 +1,6 @@
 """Bodies of a HAWC2 model: their axes in space, their masses and sections.
 
-Global axes of HAWC2: y downwind, z down, x to the left looking downwind. Ours are (y, x, -z) of these.
+Global axes of HAWC2: y downwind, z down, x to the left looking downwind. The axes of meltemi are (y, x, -z) of these.
 
 Reference: docs/migrate/hawc2.md; Larsen and Hansen, How 2 HAWC2, the user's manual, DTU R-1597.
 """
@@ -34,12 +34,12 @@ DAMPING = ("damping_posdef", "damping_aniso", "damping_aniso_v2", "damping")
 
 @dataclass(frozen=True, eq=False)
 class Lump:
-    """A mass of a body.
+    """Lumped mass of a body.
 
     Attributes:
-      mass: [kg].
+      mass: [kg] mass.
       position: (3,) [m] centre of mass, inertial axes.
-      inertia: (3, 3) [kg m^2] about it, inertial axes.
+      inertia: (3, 3) [kg m^2] inertia about it, inertial axes.
       span: [m] along the body, from its first node.
       last: whether it is fixed to the last node.
     """
@@ -57,7 +57,7 @@ class Sections:
 
     Attributes:
       span: (S,) [m] stations along the axis: those of the sections, and the nodes.
-      given: [m] to which the sections reach.
+      given: [m] position of the last section in the file.
       stiffness, mass: (S, 6, 6) at the stations, axes of the section.
       rows: (S, 19) or, with fully populated matrices, (S, 30) rows of the st file at the stations.
     """
@@ -74,12 +74,12 @@ class Body:
     """A main body in the undeflected model; its sections are read when they are used.
 
     Attributes:
-      block: with its content: its own, or that of the body of which it is a copy.
-      joint: its orientation.
+      block: block with the content of the body, or of the body that it copies.
+      joint: block of its orientation.
       main: the main file.
       nodes: (N, 4) x, y, z [m] and twist [deg] of the half chord, body axes.
       axes: (3, 3) inertial components of its axes.
-      origin: (3,) [m] its coordinates' origin, inertial axes.
+      origin: (3,) [m] origin of its coordinates, inertial axes.
     """
 
     name: str
@@ -97,10 +97,10 @@ class Body:
 
     @cached_property
     def sections(self) -> Sections:
-        """From its st file.
+        """Sections from the st file of the body.
 
         Raises:
-          InputError: with file and line.
+          InputError: the file is not valid; the message has file and line.
         """
         beam = self.block.block("timoschenko_input")
         chosen = beam.need("set").numbers(0, 2)
@@ -123,7 +123,7 @@ class Body:
 
     @property
     def given(self) -> float:
-        """[m] to which the sections reach."""
+        """[m] position of the last section in the file."""
         return self.sections.given
 
     @property
@@ -138,7 +138,7 @@ class Body:
 
     @property
     def damping(self) -> Float:
-        """(6,) its damping factors; the last three are damping over stiffness [s]."""
+        """(6,) damping factors; the last three are damping over stiffness [s]."""
         damped = self.block.get(*DAMPING)
         return np.zeros(6) if damped is None else damped.numbers(0, 6)
 
@@ -148,15 +148,15 @@ class Body:
         return position
 
     def lumps(self) -> list[Lump]:
-        """Its distributed mass, in pieces, and its concentrated masses."""
+        """Distributed mass in pieces, and concentrated masses."""
         arc = self.arc
-        found: list[Lump] = []
+        lumps: list[Lump] = []
         for k, (a, b) in enumerate(zip(self.span[:-1], self.span[1:], strict=True)):
             s, ds, M = 0.5 * (a + b), b - a, 0.5 * (self.mass[k] + self.mass[k + 1])
             point = np.array([np.interp(s, arc, self.nodes[:, k]) for k in range(3)])
             J = self.axes @ (M[3:, 3:] * ds) @ self.axes.T
-            found.append(Lump(M[0, 0] * ds, self.place(point), J, s))
-        return found + [self.concentrated(command) for command in self.block.all("concentrated_mass")]
+            lumps.append(Lump(M[0, 0] * ds, self.place(point), J, s))
+        return lumps + [self.concentrated(command) for command in self.block.all("concentrated_mass")]
 
     def concentrated(self, command: Command) -> Lump:
         """The mass of a command: node, offsets (3), mass, moments of inertia (3), products of inertia (3).
@@ -172,7 +172,7 @@ class Body:
         return Lump(values[3], position, self.axes @ J @ self.axes.T, self.arc[node], last=node == len(self.nodes) - 1)
 
     def node(self, command: Command, place: int) -> int:
-        """A node, counted from 0, that a command names: its number from 1, or ``last``; the first if it names none.
+        """Index of the node that a command names by its number from 1, or by ``last``; 0 if it names none.
 
         Raises:
           InputError: the body has no such node.
@@ -192,13 +192,13 @@ def _arc(nodes: Float) -> Float:
 
 
 def read_bodies(structure: Block, main: Path, blade: str, ground: Float = INERTIAL) -> list[Body]:
-    """The bodies from the ground to a blade.
+    """Read the bodies from the ground to a blade.
 
     Args:
-      ground: (3, 3) our inertial axes from HAWC2's global ones.
+      ground: (3, 3) rotation from HAWC2's global axes to the inertial axes of meltemi.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
       UnsupportedError: a body of another type than a beam, or one beside the node that carries it.
     """
     blocks = {b.need("name").word(): b for b in structure.within("main_body")}
@@ -213,14 +213,14 @@ def read_bodies(structure: Block, main: Path, blade: str, ground: Float = INERTI
     if base is None:
         raise InputError(f"{orientation.where}: no chain of bodies from a base to {blade}: it ends at {chain[0]}")
     at = base.need("inipos").numbers(0, 3)
-    found = [_body(chain[0], base, blocks, main, ground @ _turned(base), ground @ at)]
+    bodies = [_body(chain[0], base, blocks, main, ground @ _turned(base), ground @ at)]
     for name in chain[1:]:
-        joint, parent = joints[name], found[-1]
+        joint, parent = joints[name], bodies[-1]
         body = _body(name, joint, blocks, main, parent.axes @ _turned(joint), np.zeros(3))
         where = parent.place(parent.nodes[parent.node(joint.need("mbdy1"), 1), :3])
         start = body.axes @ body.nodes[body.node(joint.need("mbdy2"), 1), :3]
-        found.append(replace(body, origin=where - start))
-    return found
+        bodies.append(replace(body, origin=where - start))
+    return bodies
 
 
 def _turned(block: Block) -> Float:
@@ -236,7 +236,7 @@ def _turned(block: Block) -> Float:
         if kind in TURNS:
             R = R @ _rotation(command, kind)
         elif command.name not in HARMLESS:
-            # whatever it is, it may turn the body
+            # an unknown command may rotate the body
             known = [f"mbdy{'2' if block.name == 'relative' else ''}_{turn}" for turn in TURNS]
             raise InputError(
                 f"{command.where}: block {block.name}: {command.name} is unknown: "

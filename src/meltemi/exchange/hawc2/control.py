@@ -1,4 +1,4 @@
-"""Baseline control, actuators and generator from the DTU Wind Energy Controller and the servos beside it.
+"""Baseline control, actuators and generator from the DTU Wind Energy Controller and the servo libraries.
 
 Reference: Hansen and Henriksen (2013), Basic DTU Wind Energy controller, DTU E-0018.
 """
@@ -25,15 +25,15 @@ BRAKE = "mech_brake"
 
 
 def libraries(dll: Block) -> dict[str, Block]:
-    """The libraries that are read, by what their names or files contain."""
-    found: dict[str, Block] = {}
+    """Blocks of supported controller libraries, identified by their names or files."""
+    blocks: dict[str, Block] = {}
     for block in dll.within("type2_dll"):
         words = " ".join(w for c in block.all("name", "filename") for w in c.values).lower()
         for name in (*CONTROLLERS.values(), BRAKE):
-            if name in words and name not in found:
-                found[name] = block
+            if name in words and name not in blocks:
+                blocks[name] = block
                 break
-    return found
+    return blocks
 
 
 def _constants(block: Block) -> dict[int, float]:
@@ -49,9 +49,9 @@ def read_control(
     control_of: Turbine | None,
     extra: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """Content of a turbine's control, pitch actuator, rated power, and parts of its drivetrain, as far as given.
+    """Read control, pitch actuator, rated power and parts of the drivetrain, as far as given.
 
-    The controller's gains act on the rotor speed, ours on the generator speed. Its gain schedule
+    The controller's gains act on the rotor speed, those of meltemi on the generator speed. The gain schedule
     1 / (1 + t / K1 + t^2 / K2) becomes that of one pitch angle at which the gains are halved. The control of another
     turbine comes with its gear ratio, as its generator speeds do; the generator's inertia about the shaft remains.
 
@@ -68,7 +68,7 @@ def read_control(
     if (control_of is not None or c.get(76)) and 5 in servo:
         init = blocks["generator_servo"].find("init")
         fifth = [k for k in init.all("constant") if k.numbers(0, 1)[0] == 5]
-        treatment.say(fifth, "not needed", "the gear ratio is that of the controller")
+        treatment.set_note(fifth, "not needed", "the gear ratio is that of the controller")
     efficiency = servo.get(4, 1.0)
     drive: dict[str, Any] = {"gear_ratio": ratio, "generator_efficiency": efficiency}
     if 1 in known.get(BRAKE, {}):
@@ -88,7 +88,7 @@ def read_control(
     missing = [i for i in (1, 2, 3, 4, 5, 6, 7, 8, 11, 16, 17, 21) if i not in c]
     if missing:
         return data
-    stated = extra.get("control.pitch.minimum")  # then the table is not needed
+    stated = extra.get("control.pitch.minimum")  # a constant minimum pitch needs no table
     low = _smallest_pitch(c[5], dll, main, notes) * DEGREE if stated is None else 0.0
     half = c[21] if not c.get(22) else 0.5 * (math.sqrt((k := c[22] / c[21]) ** 2 + 4.0 * c[22]) - k)
     slowest, rated, power = ratio * c[2], ratio * c[3], 1e3 * c[1] / efficiency
@@ -131,7 +131,7 @@ def read_control(
 
 
 def _smallest_pitch(angle: float, dll: Block, main: Path, notes: list[ImportNote]) -> float:
-    """[deg] constant 5, or the smallest of the table over the wind speed that it names."""
+    """[deg] constant 5, or the minimum of the table over wind speed that it refers to."""
     if abs(angle) <= 90.0:
         return angle
     name = f"wpdata.{int(angle)}"

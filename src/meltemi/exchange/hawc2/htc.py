@@ -45,9 +45,9 @@ class Command:
     """One command.
 
     Attributes:
-      name: in the spelling of HAWC2 12 and later.
+      name: name in the spelling of HAWC2 12 and later.
       where: file and line.
-      values: the words behind its name.
+      values: the words after its name.
     """
 
     name: str
@@ -55,24 +55,24 @@ class Command:
     where: str
 
     def numbers(self, first: int, count: int, more: int = 0) -> Float:
-        """Its values from the first, counted from 0, as numbers, and up to ``more`` if they are given.
+        """``count`` values from index ``first`` as numbers, and up to ``more`` further ones if they are given.
 
         Raises:
           InputError: they are not numbers, or fewer than ``count``.
         """
         words = [w for value in self.values for w in value.split(",") if w][first : first + count + more]
-        found = [number(word) for word in words]
-        given = found.index(None) if None in found else len(found)
+        values = [number(word) for word in words]
+        given = values.index(None) if None in values else len(values)
         if given < count:
             shown = " ".join(words[:count])
             raise InputError(
                 f"{self.where}: {self.name}: expected {count} number{'s' * (count != 1)} at place {first + 1}, "
                 f"found {shown!r}{template_hint(shown)}"
             )
-        return np.array(found[:given], dtype=float)
+        return np.array(values[:given], dtype=float)
 
     def word(self, place: int = 0) -> str:
-        """One of its words, counted from 0, in lower case: names of bodies and choices.
+        """The word at an index in lower case: names of bodies and choices.
 
         Raises:
           InputError: there is none.
@@ -82,19 +82,19 @@ class Command:
         return self.values[place].strip("'\"").lower()
 
     def file(self, main: Path) -> Path:
-        """The file that it names: all its words, as a name may have blanks, or the first.
+        """The file named by all words, as a name may have blanks, or by the first.
 
         Raises:
           InputError: there is none.
         """
         names = dict.fromkeys([" ".join(self.values), *self.values[:1]])
-        found = next((path for name in names if (path := _place_of(main, name)) is not None), None)
-        return file_of(main, " ".join(self.values), self.where) if found is None else found
+        existing = next((path for name in names if (path := _place_of(main, name)) is not None), None)
+        return file_of(main, " ".join(self.values), self.where) if existing is None else existing
 
 
 @dataclass(frozen=True)
 class Block:
-    """A block: its commands and blocks."""
+    """Block of commands and nested blocks."""
 
     name: str
     where: str
@@ -106,9 +106,9 @@ class Block:
         return [c for c in self.commands if c.name in names]
 
     def get(self, *names: str) -> Command | None:
-        """The last command of these names, which counts."""
-        found = self.all(*names)
-        return found[-1] if found else None
+        """The last command of these names, which is the effective one."""
+        commands = self.all(*names)
+        return commands[-1] if commands else None
 
     def need(self, *names: str) -> Command:
         """The last command of these names.
@@ -116,15 +116,15 @@ class Block:
         Raises:
           InputError: there is none.
         """
-        found = self.get(*names)
-        if found is None:
+        command = self.get(*names)
+        if command is None:
             raise InputError(f"{self.where}: block {self.name}: the command {names[0]} is missing")
-        return found
+        return command
 
     def value(self, name: str, default: float, place: int = 0) -> float:
-        """A number of a command, or a default without it."""
-        found = self.get(name)
-        return default if found is None else float(found.numbers(place, 1)[0])
+        """A number of a command, or the default if the command is missing."""
+        command = self.get(name)
+        return default if command is None else float(command.numbers(place, 1)[0])
 
     def within(self, *names: str) -> list[Block]:
         """The blocks of these names."""
@@ -136,13 +136,13 @@ class Block:
         Raises:
           InputError: there is none.
         """
-        found = self.within(name)
-        if not found:
+        blocks = self.within(name)
+        if not blocks:
             names = [b.name for b in self.blocks]
             raise InputError(
                 f"{self.where}: the block {name} is missing in {self.name or 'the file'}: {did_you_mean(name, names)}"
             )
-        return found[0]
+        return blocks[0]
 
     def find(self, name: str) -> Block:
         """The block of a name, empty if there is none."""
@@ -153,7 +153,7 @@ def read_htc(path: Path) -> Block:
     """Read a main file with the files in which it continues.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     root = Block("", str(path))
     stack = [root]
@@ -167,7 +167,7 @@ def lines_of(path: Path) -> list[str]:
     """The lines of a file of a model.
 
     Raises:
-      InputError: it cannot be read, or stands for another one.
+      InputError: it cannot be read, or is a placeholder for another file.
     """
     text = text_of(path)
     if text.startswith(LFS):
@@ -176,7 +176,7 @@ def lines_of(path: Path) -> list[str]:
 
 
 def template_hint(text: str) -> str:
-    """What to do about a value that a preprocessor has still to fill in; empty if it is none."""
+    """Hint for a value that a preprocessor has still to fill in; empty for other values."""
     tag = TAG.search(text)
     if tag is None:
         return ""
@@ -220,8 +220,8 @@ def file_of(main: Path, name: str, where: str) -> Path:
     Raises:
       InputError: there is none.
     """
-    if (found := _place_of(main, name)) is not None:
-        return found
+    if (path := _place_of(main, name)) is not None:
+        return path
     raise InputError(
         f"{where}: the file {name} does not exist in {main.absolute().parent} and the {LEVELS - 1} folders above it, "
         f"from one of which HAWC2 is started{template_hint(name)}"
@@ -230,13 +230,13 @@ def file_of(main: Path, name: str, where: str) -> Path:
 
 def _place_of(main: Path, name: str) -> Path | None:
     parts = [p for p in PureWindowsPath(name.strip("'\"")).parts if p != "."]
-    found = (any_case(folder, parts) for folder in main.absolute().parents[:LEVELS])
-    return next((path for path in found if path is not None), None) if parts else None
+    candidates = (any_case(folder, parts) for folder in main.absolute().parents[:LEVELS])
+    return next((path for path in candidates if path is not None), None) if parts else None
 
 
 @dataclass(frozen=True)
-class Row:
-    """A row of ``commands.csv``: what becomes of the commands of a path, if their first value is one of some."""
+class CommandRule:
+    """CommandRule of ``commands.csv``: treatment of the commands of a path, for all or some of their first values."""
 
     path: str
     values: tuple[str, ...]
@@ -244,11 +244,11 @@ class Row:
     remark: str
 
     def fits(self, path: str, values: tuple[str, ...]) -> bool:
-        """Whether it is about a command with these values."""
-        return fnmatchcase(path, self.path) and (not self.values or any(_like(values, v) for v in self.values))
+        """Whether the rule applies to a command of this path with these values."""
+        return fnmatchcase(path, self.path) and (not self.values or any(_matches(values, v) for v in self.values))
 
 
-def _like(values: tuple[str, ...], wanted: str) -> bool:
+def _matches(values: tuple[str, ...], wanted: str) -> bool:
     first = (values or ("",))[: len(wanted.split())]
     return all(
         a.lower() == b or (number(a) is not None and number(a) == number(b))
@@ -257,11 +257,11 @@ def _like(values: tuple[str, ...], wanted: str) -> bool:
 
 
 @cache
-def rows() -> tuple[Row, ...]:
+def rows() -> tuple[CommandRule, ...]:
     """The rows of ``commands.csv``, one for each path."""
     with (Path(__file__).parent / "commands.csv").open(newline="", encoding="utf-8") as file:
         return tuple(
-            Row(path, tuple(filter(None, row["values"].split("|"))), cast("Kind", row["kind"]), row["remark"])
+            CommandRule(path, tuple(filter(None, row["values"].split("|"))), cast("Kind", row["kind"]), row["remark"])
             for row in csv.DictReader(file)
             for path in row["command"].split()
         )
@@ -269,27 +269,27 @@ def rows() -> tuple[Row, ...]:
 
 @dataclass
 class Treatment:
-    """What the reader found out about blocks and commands beyond ``commands.csv``.
+    """Treatment of blocks and commands that the reader determines beyond ``commands.csv``.
 
     Attributes:
-      roles: of blocks in the model, by ``id``.
-      said: kind and remark of single commands, by ``id``, instead of their row's.
+      roles: roles of blocks in the model, by ``id``.
+      remarks: kind and remark of single commands, by ``id``, in place of those of their rule.
     """
 
     roles: dict[int, str] = field(default_factory=dict)
-    said: dict[int, tuple[Kind, str]] = field(default_factory=dict)
+    remarks: dict[int, tuple[Kind, str]] = field(default_factory=dict)
 
-    def say(self, commands: Iterable[Command], kind: Kind, remark: str) -> None:
-        """State what becomes of commands."""
-        self.said |= {id(command): (kind, remark) for command in commands}
+    def set_note(self, commands: Iterable[Command], kind: Kind, remark: str) -> None:
+        """Set the kind of note and the remark of commands."""
+        self.remarks |= {id(command): (kind, remark) for command in commands}
 
 
 def treatments(root: Block, treatment: Treatment) -> Iterator[tuple[str, Command, Kind, str]]:
     """Path, command, kind of note and remark for every command of a model, in the order of the blocks."""
     for path, command in _walk(root, "", treatment.roles):
         row = next((r for r in rows() if r.fits(path, command.values)), None)
-        if id(command) in treatment.said:
-            yield (path, command, *treatment.said[id(command)])
+        if id(command) in treatment.remarks:
+            yield (path, command, *treatment.remarks[id(command)])
         elif row is not None:
             yield path, command, row.kind, row.remark
         else:
@@ -304,9 +304,9 @@ def _nearest(name: str, path: str) -> str:
 
 
 def notes_on(root: Block, treatment: Treatment) -> list[ImportNote]:
-    """A note on every command of a file; those of one name that are treated alike share one."""
+    """A note on every command of a file; commands of one name with the same treatment share a note."""
     notes = []
-    for (block, name, kind, remark), group in groupby(treatments(root, treatment), _alike):
+    for (block, name, kind, remark), group in groupby(treatments(root, treatment), _grouped):
         commands = [command for _, command, _, _ in group]
         first = commands[0]
         if len(commands) == 1:
@@ -319,7 +319,7 @@ def notes_on(root: Block, treatment: Treatment) -> list[ImportNote]:
     return notes
 
 
-def _alike(treated: tuple[str, Command, Kind, str]) -> tuple[str, str, Kind, str]:
+def _grouped(treated: tuple[str, Command, Kind, str]) -> tuple[str, str, Kind, str]:
     path, command, kind, remark = treated
     return path.rpartition("/")[0], command.name, kind, remark
 

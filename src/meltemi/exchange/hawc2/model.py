@@ -46,14 +46,14 @@ BOUND = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
-    """The bodies of a model by their part in the turbine.
+class ModelBodies:
+    """Bodies of a model by their role in the turbine.
 
     Attributes:
-      foundation: those below the tower.
+      foundation: bodies below the tower.
       bearing: the block of the shaft's bearing.
-      nacelle: those between tower and shaft.
-      hub: those between shaft and blade.
+      nacelle: bodies between tower and shaft.
+      hub: bodies between shaft and blade.
       down: (3,) direction of the shaft, downwind, inertial axes.
     """
 
@@ -82,7 +82,7 @@ def read_hawc2_model(path: str | Path, **how: Any) -> Turbine:
     return import_hawc2(path, **how).turbine
 
 
-@np.errstate(all="ignore")  # the record names what is no finite number
+@np.errstate(all="ignore")  # the record reports values that are not finite by their name
 def import_hawc2(
     path: str | Path, *, control_of: Turbine | None = None, extra: Mapping[str, Any] | None = None
 ) -> ImportedModel:
@@ -91,11 +91,12 @@ def import_hawc2(
     Args:
       path: the main file.
       control_of: a turbine whose control, pitch actuator and rated power are taken, for models with another controller.
-      extra: key paths and values that come on top, or instead: ``{"yaw.stiffness": 6e9}``.
+      extra: key paths and values that supplement or replace those of the model: ``{"yaw.stiffness": 6e9}``.
 
     Raises:
-      InputError: with file, line, command and what was expected; or what the model lacks, by key paths for ``extra``.
-      UnsupportedError: something that is not modelled, by its name.
+      InputError: the model is not valid, with file, line, command and what was expected; or the missing data, as key
+        paths for ``extra``.
+      UnsupportedError: the model has a named feature that is not supported.
     """
     path = Path(path)
     root = read_htc(path)
@@ -107,7 +108,7 @@ def import_hawc2(
     if link is None:
         raise InputError(f"{aero.where}: expected: link 1 mbdy_c2_def NAME, the body of blade 1")
     parts = _parts(read_bodies(structure, path, link.word(2)), root, aero)
-    # our nacelle looks along x: a rotor that is turned about the vertical is the same in a wind that is turned
+    # the nacelle points along x here: rotating the rotor about the vertical is equivalent to rotating the wind
     yaw = math.atan2(parts.down[1], parts.down[0])
     ground = INERTIAL
     if abs(yaw) > 1e-9:
@@ -163,7 +164,7 @@ def import_hawc2(
     )
 
 
-def _parts(chain: list[Body], root: Block, aero: Block) -> Parts:
+def _parts(chain: list[Body], root: Block, aero: Block) -> ModelBodies:
     constraint = root.block("new_htc_structure").block("constraint")
     names = [b.name for b in chain]
     rotating = {b.need("mbdy2").word(): b for b in constraint.within("bearing1", "bearing3")}
@@ -185,7 +186,7 @@ def _parts(chain: list[Body], root: Block, aero: Block) -> Parts:
         if not 0.98 * body.arc[-1] < body.given:
             end = f"the sections of {body.name} end at {body.given:g} m, its axis at {body.arc[-1]:g} m"
             raise InputError(f"{body.block.where}: {end}")
-    return Parts(
+    return ModelBodies(
         foundation=chain[:base],
         tower=chain[base],
         nacelle=chain[base + 1 : place],
@@ -205,7 +206,7 @@ def _blade(
     line = Akima1DInterpolator(arc, body.nodes - np.append(body.nodes[0, :3], 0.0))
 
     def half_chord(s: Float) -> tuple[Float, Float, Float, Float]:
-        """Prebend, sweep and height [m], and twist [rad], in our axes."""
+        """Prebend, sweep and height [m], and twist [rad], in the axes of meltemi."""
         x, y, z, twist = line(s).T
         return y, -x, z, -np.radians(twist)
 
@@ -281,7 +282,7 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote
     span = body.span
     lumps = {id(command): body.concentrated(command) for command in body.block.all("concentrated_mass")}
     below = [c for c in body.block.all("concentrated_mass") if not lumps[id(c)].last]
-    treatment.say(below, "ignored", "a mass of the tower below its top is not modelled")
+    treatment.set_note(below, "ignored", "a mass of the tower below its top is not modelled")
     mass, side, fore, torsion, axial = (
         A[:, i, i]
         for A, i in ((body.mass, 0), (body.stiffness, 4), (body.stiffness, 3), (body.stiffness, 5), (body.stiffness, 2))
@@ -324,13 +325,13 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote
         data["diameter"] = np.sqrt(8.0 * fore / mass) / STEEL_SPEED
         notes.append(ImportNote("approximated", body.block.where, "tower without radii", "steel tube of its EI / m"))
     if len(rows):
-        # the drag of the tower: its widths need not be our diameters
+        # the drag widths of the tower need not be its structural diameters
         area = np.interp(span, np.abs(rows[:, 0]), rows[:, 1] * rows[:, 2])
         data["drag_coefficient"] = float(np.trapezoid(area, span) / np.trapezoid(data["diameter"], span))
     return data
 
 
-def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[ImportNote]) -> dict[str, Any]:
+def _rotating(parts: ModelBodies, count: int, drive: dict[str, Any], notes: list[ImportNote]) -> dict[str, Any]:
     """Content of hub, nacelle and drivetrain."""
     shaft, apex, down = parts.shaft, parts.apex, parts.down
     grid, softness = shaft.span, 1.0 / shaft.stiffness[:, 5, 5]
@@ -345,7 +346,7 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
     rigid = compliance[-1] * RIGID_TORSION <= 1.0
 
     def reached(lump: Lump) -> float:
-        """Compliance up to a mass; a rigid shaft carries it where its centre is, whatever the node."""
+        """Torsional compliance up to a mass; on a rigid shaft up to its centre of mass instead of its node."""
         along = grid[-1] - float((lump.position - apex) @ down) if rigid else lump.span
         return float(np.interp(along, grid, compliance))
 
@@ -353,8 +354,8 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
     generator = reached(max(inner, key=about_shaft)) if inner else 0.0
     bound = generator + BOUND * (compliance[-1] - generator)
     side = [lump.last or reached(lump) > bound for lump in lumps]
-    with_hub = [lump for lump, there in zip(lumps, side, strict=True) if there]
-    with_generator = [lump for lump, there in zip(lumps, side, strict=True) if not there]
+    with_hub = [lump for lump, on_hub in zip(lumps, side, strict=True) if on_hub]
+    with_generator = [lump for lump, on_hub in zip(lumps, side, strict=True) if not on_hub]
     arms = [lump for body in parts.hub for lump in body.lumps()]
     root = parts.blade.place(parts.blade.nodes[0, :3])
     axis = parts.blade.axes[:, 2]
@@ -376,8 +377,8 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
     J = np.zeros((3, 3))
     for lump in fixed:
         arm = lump.position - parts.top - centre
-        own = lump.inertia - (0.0 if lump in still else 1.0) * about_shaft(lump) * np.outer(down, down)
-        J += own + lump.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        own_inertia = lump.inertia - (0.0 if lump in still else 1.0) * about_shaft(lump) * np.outer(down, down)
+        J += own_inertia + lump.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     tilt = math.asin(-float(down[2]))
     overhang = float(-(apex - parts.top)[0] / math.cos(tilt))
     nacelle = {
@@ -402,11 +403,11 @@ def _rotating(parts: Parts, count: int, drive: dict[str, Any], notes: list[Impor
     return {"hub": hub, "nacelle": nacelle, "drivetrain": drive}
 
 
-def _options(aero: Block, wind: Block, structure: Block, parts: Parts, turbine: Turbine) -> dict[str, Any]:
-    """Degrees of freedom and models as in HAWC2, with our own where it has no equal."""
-    held = structure.block("constraint").within("bearing3")
-    # a shaft at a given speed; without a bearing for the yaw the nacelle is fixed to the tower
-    locked = ["yaw"] + (["generator"] if held else [])
+def _options(aero: Block, wind: Block, structure: Block, parts: ModelBodies, turbine: Turbine) -> dict[str, Any]:
+    """Degrees of freedom and models as in HAWC2; defaults where HAWC2 has no equivalent."""
+    constant_speed = structure.block("constraint").within("bearing3")
+    # shaft at prescribed speed; without a yaw bearing the nacelle is fixed to the tower
+    locked = ["yaw"] + (["generator"] if constant_speed else [])
     if turbine.drivetrain.stiffness >= RIGID_TORSION:
         locked.append("drivetrain")
     influence = {0: "none", 2: "eames", 4: "eames"}.get(int(wind.value("tower_shadow_method", 0.0)), "potential")

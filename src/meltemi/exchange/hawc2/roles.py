@@ -24,17 +24,17 @@ def assign_roles(
 
     Args:
       chain: the bodies from the ground to blade 1 by role: foundation, tower, rigid, shaft, blade.
-      others: orientations of bodies like those of blade 1, which are in their place.
+      others: orientation blocks of the other blades, which blade 1 represents.
       replaced: whether the control is that of another turbine.
     """
     structure, roles = root.block("new_htc_structure"), treatment.roles
     orientation, constraint = structure.block("orientation"), structure.block("constraint")
-    own = {body.name: role for role, bodies in chain.items() for body in bodies}
+    role_of = {body.name: role for role, bodies in chain.items() for body in bodies}
     shaft = chain["shaft"][0].name
     for block in structure.within("main_body"):
         copy = block.get("copy_main_body") is not None
         name = block.need("name").word()
-        roles[id(block)] = "other" if name not in own else "copy" if copy else own[name]
+        roles[id(block)] = "other" if name not in role_of else "copy" if copy else role_of[name]
     for role, bodies in chain.items():
         roles |= {id(body.block): role for body in bodies}
     read = {id(body.joint) for bodies in chain.values() for body in bodies}
@@ -56,7 +56,7 @@ def assign_roles(
 
 
 def is_about(element: Block, name: str) -> bool:
-    """Whether an element of drag is that of a body."""
+    """Whether an element of drag belongs to a body."""
     command = element.get("mbdy_name")
     return command is not None and command.word() == name
 
@@ -70,8 +70,8 @@ def _linked(aero: Block) -> dict[int, str]:
 def other_blades(
     structure: Block, aero: Block, main: Path, blade: Body, down: Float, count: int, notes: list[ImportNote]
 ) -> list[Block]:
-    """Orientations of the bodies up to the other blades, if these are like blade 1; a note on each that is not."""
-    found: list[Block] = []
+    """Orientation blocks of the bodies up to the other blades, if these equal blade 1; a note on each that does not."""
+    joints: list[Block] = []
     for k, name in _linked(aero).items():
         if not 2 <= k <= count:
             continue
@@ -82,26 +82,26 @@ def other_blades(
             continue
         other = bodies[-1]
         turned = blade.axes @ np.linalg.inv(other.axes)
-        if not np.allclose(turned @ down, down, atol=1e-6) or not _whole(turned, count):
-            why = "it stands otherwise on the hub (pitch, cone or azimuth)"
+        if not np.allclose(turned @ down, down, atol=1e-6) or not _is_blade_angle(turned, count):
+            why = "its orientation on the hub differs (pitch, cone or azimuth)"
         elif other.nodes.shape != blade.nodes.shape or not np.allclose(other.nodes, blade.nodes, atol=1e-6):
             why = "its c2_def differs"
         elif other.block is not blade.block and _content(other.block) != _content(blade.block):
             why = "its commands differ"
         else:
-            found += [body.joint for body in bodies]
+            joints += [body.joint for body in bodies]
             continue
         notes.append(ImportNote("ignored", other.joint.where, f"blade {k}", f"taken as blade 1, although {why}"))
-    return found
+    return joints
 
 
 def _content(block: Block) -> list[Any]:
-    """Commands and blocks, wherever they stand and whatever the body is called."""
+    """Commands and blocks, regardless of their order and of the name of the body."""
     commands = [(c.name, c.values) for c in block.commands if c.name != "name"]
     return [*commands, *((inner.name, _content(inner)) for inner in block.blocks)]
 
 
-def _whole(turned: Float, count: int) -> bool:
-    """Whether a rotation is a multiple of the angle between blades."""
+def _is_blade_angle(turned: Float, count: int) -> bool:
+    """Whether a rotation is a multiple of the angle between the blades."""
     angle = np.arccos(np.clip(0.5 * (np.trace(turned) - 1.0), -1.0, 1.0)) * count / (2.0 * np.pi)
     return bool(abs(angle - np.round(angle)) < 1e-4 and np.round(angle) > 0.0)

@@ -62,14 +62,14 @@ def _index(line: str, path: Path, i: int) -> int:
 def _numbers(path: Path, lines: list[str], begin: int, rows: int, width: int) -> Float:
     if rows < 1:
         raise InputError(f"{path}:{begin}: expected the number of rows that follow, found {rows}")
-    found = []
+    table = []
     for i in range(begin, begin + rows):
         words = lines[i].split(";")[0].split()[:width] if i < len(lines) else []
         values = [number(word) for word in words]
         if len(values) < width or None in values:
             raise InputError(f"{path}:{i + 1}: expected {width} numbers, found {' '.join(words)[:40]!r}")
-        found.append(values)
-    return np.array(found, dtype=float)
+        table.append(values)
+    return np.array(table, dtype=float)
 
 
 def section_matrices(rows: Float) -> tuple[Float, Float]:
@@ -104,8 +104,9 @@ def section_matrices(rows: Float) -> tuple[Float, Float]:
 def turned_centres(rows: Float) -> Float:
     """Rows of fully populated sections whose centres of mass are turned by the structural pitch about the elastic ones.
 
-    So HAWC2 moves the sections of the IEA 22 MW (S-72): it takes the way from elastic centre to centre of mass in
-    the principal axes. Its manual has both from the half chord, and so do the importer and converters to HAWC2.
+    HAWC2 treats the sections of the IEA 22 MW in this way (S-72): it takes the vector from elastic centre to centre of
+    mass in the principal axes. According to its manual both are relative to the half chord, as in the importer and in
+    converters to HAWC2.
     """
     if rows.shape[1] != FULL_COLUMNS:
         return rows
@@ -154,7 +155,7 @@ def read_planform(path: Path, group: int) -> Float:
     """(S, 4) curved length, chord [m], relative thickness [%] and set of polars of a set of an ae file.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     lines = lines_of(path)
     at = 1
@@ -173,7 +174,7 @@ def read_polars(path: Path, group: int) -> list[tuple[float, str, Float]]:
     """Relative thickness [%], name and (P, 4) angle [deg] and coefficients of lift, drag and moment of each airfoil.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     lines = lines_of(path)
 

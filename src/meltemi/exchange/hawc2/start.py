@@ -1,4 +1,4 @@
-"""Start of a HAWC2 model.
+"""Initial rotor speed, pitch and azimuth of a HAWC2 model.
 
 Reference: docs/migrate/hawc2.md.
 """
@@ -40,8 +40,8 @@ def read_start(
     """Rotor speed [rad/s], pitch and azimuth [rad] of blade 1 with which the model begins.
 
     Args:
-      bearing: of the shaft.
-      ground: (3, 3) our inertial axes from HAWC2's global ones.
+      bearing: bearing of the shaft.
+      ground: (3, 3) rotation from HAWC2's global axes to the inertial axes of meltemi.
       parent: the body that carries the shaft.
       beyond: the bodies from the hub to blade 1.
       down: (3,) direction of the shaft, downwind, inertial axes.
@@ -51,17 +51,17 @@ def read_start(
     """
     axis = _bearing_axis(bearing, ground, parent, shaft)
     if axis is not None and abs(axis @ down) < 0.999:
-        raise UnsupportedError(f"{bearing.where}: the bearing of {shaft.name} does not turn it about its own axis")
+        raise UnsupportedError(f"{bearing.where}: the bearing of {shaft.name} does not rotate it about its axis")
     spins = [(body, c) for body in (shaft, *beyond) for c in body.joint.all("mbdy2_ini_rotvec_d1")]
     speed = 0.0
     for body, command in spins:
         *vector, size = command.numbers(0, 4)
         length = float(np.linalg.norm(vector)) or 1.0
         speed += size * float(body.axes @ np.array(vector) @ down) / length
-    held = bearing.get("omegas")
-    if held is not None and bearing.name == "bearing3":
-        speed = float(held.numbers(0, 1)[0]) * (1.0 if axis is None else float(np.sign(axis @ down)))
-        treatment.say([c for _, c in spins], "not needed", "bearing3 keeps the rotor at its own speed")
+    speed_command = bearing.get("omegas")
+    if speed_command is not None and bearing.name == "bearing3":
+        speed = float(speed_command.numbers(0, 1)[0]) * (1.0 if axis is None else float(np.sign(axis @ down)))
+        treatment.set_note([c for _, c in spins], "not needed", "bearing3 prescribes the rotor speed")
     blade = beyond[-1]
     x, y, z = blade.axes.T
     left = np.array([-down[1], down[0], 0.0]) / np.hypot(down[0], down[1])
@@ -69,7 +69,7 @@ def read_start(
     # clockwise for an observer who looks downwind: up, right
     azimuth = math.atan2(-float(z @ left), float(z @ up))
     pitch = math.atan2(-float(down @ x), float(down @ y))
-    # angles of nothing but rounding are zero
+    # angles that are rounding errors are zero
     return {
         "rotor_speed": float(speed),
         "pitch": pitch if abs(pitch) > 1e-9 else 0.0,

@@ -1,7 +1,7 @@
 """The wind of a HAWC2 model as keys of a case file: steady, or a turbulence box whose files exist.
 
-The field of the wind is turned by the yaw angle about the global z, which points down, and by the tilt angle upwards:
-a wind of positive yaw comes from the right for an observer who looks upwind. HAWC2 plays a box with its last plane
+The wind field is rotated by the yaw angle about the global z axis, which points down, and upwards by the tilt angle:
+wind of positive yaw comes from the right for an observer looking upwind. HAWC2 reads a box with its last plane
 first (:func:`meltemi.io.read_hawc2`). Its mean wind has the speed ``wsp`` at the middle of the box, ``center_pos0``;
 ``shear_format`` 0 has none, as its output shows (h2lib-tests 13.2.2103).
 
@@ -28,11 +28,11 @@ def read_wind(
     """The ``wind`` of a case file, with absolute paths.
 
     Args:
-      path: of the model.
-      turned_by: [rad] about our z: the model's rotor, which is turned back with the wind.
+      path: main file of the model.
+      turned_by: [rad] rotation of the rotor of the model about z, which is undone by rotating the wind.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     tilt = 0.0
     if (turned := wind.get("windfield_rotations")) is not None:
@@ -44,22 +44,22 @@ def read_wind(
     direction = {"direction": math.remainder(turned_by, 2.0 * math.pi)} if abs(turned_by) > 1e-9 else {}
     speed = wind.value("wsp", 10.0)
     if (along := wind.get("horizontal_input")) is not None and not along.numbers(0, 1)[0]:
-        speed *= math.cos(tilt)  # the speed is that along the flow, ours the horizontal one
+        speed *= math.cos(tilt)  # HAWC2's speed is along the flow, that of a case is horizontal
         if not tilt:
-            treatment.say([along], "equivalent", "the flow is horizontal")
+            treatment.set_note([along], "equivalent", "the flow is horizontal")
     shear, centre, form = (wind.get(name) for name in ("shear_format", "center_pos0", "turb_format"))
     profile = "constant" if shear is None else PROFILES.get(int(shear.numbers(0, 1)[0]), "constant")
     value = float(shear.numbers(1, 1)[0]) if shear is not None and profile in ("log", "power") else 0.0
     if form is not None and form.values[:1] == ("1",):
         try:
-            found = _box(wind, path, speed, profile, value, treatment)
+            box = _box(wind, path, speed, profile, value, treatment)
         except InputError as error:
-            treatment.say([form], "ignored", f"the case has steady wind: {error}")
+            treatment.set_note([form], "ignored", f"the case has steady wind: {error}")
         else:
-            treatment.say([form], "used", "the case has the box of the block mann, its last plane first")
+            treatment.set_note([form], "used", "the case has the box of the block mann, its last plane first")
             if tilt and turned is not None:
                 notes.append(ImportNote("ignored", turned.where, "windfield_rotations", "boxes are not inclined"))
-            return found | direction
+            return box | direction
     steady: dict[str, Any] = {"kind": "steady", "speed": 0.0 if profile == "none" else speed} | direction
     if tilt:
         steady["upflow"] = tilt
@@ -69,7 +69,7 @@ def read_wind(
         if height > 0.0:
             return steady | {"reference_height": height}
     if centre is not None:
-        treatment.say([centre], "not needed", "without shear the height of the wind speed does not matter")
+        treatment.set_note([centre], "not needed", "without shear the height of the wind speed does not matter")
     return steady
 
 
@@ -83,13 +83,13 @@ def _box(wind: Block, path: Path, speed: float, profile: Profile, value: float, 
     points, steps = zip(*(each.numbers(0, 2) for each in dims), strict=True)
     *aside, z = centre.numbers(0, 3)
     files = [each.file(path) for each in names]
-    found = box_case(files, points, steps, speed=speed, height=-z, front="last", profile=profile, value=value)
-    treatment.say(names, "used", "wind.file")
-    treatment.say(dims, "used", "wind.grid")
-    treatment.say([scaled], "equivalent", "boxes are not scaled")
+    box = box_case(files, points, steps, speed=speed, height=-z, front="last", profile=profile, value=value)
+    treatment.set_note(names, "used", "wind.file")
+    treatment.set_note(dims, "used", "wind.grid")
+    treatment.set_note([scaled], "equivalent", "boxes are not scaled")
     why = "height of the middle of the box; in the case it is centred on the tower, where plane 0 is at time 0"
-    treatment.say([centre], "approximated" if any(aside) else "used", why)
-    return found
+    treatment.set_note([centre], "approximated" if any(aside) else "used", why)
+    return box
 
 
 def _of_components(mann: Block, name: str) -> list[Command]:

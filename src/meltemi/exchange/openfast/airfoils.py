@@ -12,9 +12,9 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.text import (
-    Entry,
     Float,
     InputFile,
+    KeywordLine,
     begins_with_number,
     is_content,
     number,
@@ -38,7 +38,7 @@ class Polars:
 
     Attributes:
       airfoils: records by name, in the order of the AeroDyn file.
-      constants: of the dynamic stall model, those that most airfoils have.
+      constants: constants of the dynamic stall model that most airfoils have.
     """
 
     airfoils: dict[str, dict[str, Any]]
@@ -54,26 +54,26 @@ def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, not
     """Read the airfoil files of a deck.
 
     Args:
-      paths: in the order of the AeroDyn file.
-      columns: places of angle, lift, drag and moment in their tables, from 1; 0: there is none.
-      mode: which of several tables in a file count (``AFTabMod``): 1 the first, 2 by Reynolds number (here the first,
+      paths: airfoil files in the order of the AeroDyn file.
+      columns: column numbers of angle, lift, drag and moment in their tables, from 1; 0 for a missing column.
+      mode: which of several tables in a file is used (``AFTabMod``): 1 the first, 2 by Reynolds number (here the first,
         too), 3 by ``UserProp``, which is 0 unless a controller moves flaps.
-      notes: gets one for every file.
+      notes: a note on every file is appended.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     airfoils: dict[str, dict[str, Any]] = {}
     constants: list[tuple[float, ...]] = []
     for path in paths:
         file = read_input(path, "airfoil")
-        # of our own files the names are those before they were made fit for files
+        # files written by meltemi state the original names, before characters were replaced for file names
         name = file.lines[1].lstrip("! ") if "by meltemi" in file.lines[0] else path.stem
         while name in airfoils:
             name += "_"
-        airfoils[name], found = _airfoil(file, columns, mode, notes)
+        airfoils[name], stall = _airfoil(file, columns, mode, notes)
         if airfoils[name]["dynamic_stall"]:
-            constants.append(tuple(found.values()))
+            constants.append(tuple(stall.values()))
     usual = max(set(constants), key=constants.count) if constants else tuple(STALL_CONSTANTS.values())
     if len(set(constants)) > 1:
         notes.append(
@@ -96,10 +96,10 @@ def _airfoil(
     order = sorted(range(len(ends)), key=settings.__getitem__)
     above = next((i for i in order if settings[i] >= 0.0), order[-1])
     below = next((i for i in reversed(order) if settings[i] <= 0.0), order[0])
-    taken = min(above, below, key=lambda i: abs(settings[i]))
-    values = Values([])  # their notes would fill pages: one line a file
-    values.read(_part(file, ends[taken]))
-    alpha = tables[taken]["alpha"]
+    chosen = min(above, below, key=lambda i: abs(settings[i]))
+    values = Values([])  # one note per file keeps the report short
+    values.read(_part(file, ends[chosen]))
+    alpha = tables[chosen]["alpha"]
     share = 0.0
     if settings[above] != settings[below]:
         alpha = np.union1d(tables[above]["alpha"], tables[below]["alpha"])
@@ -107,7 +107,7 @@ def _airfoil(
 
     def column(which: str) -> Float:
         low, high = (np.interp(alpha, tables[i]["alpha"], tables[i][which]) for i in (below, above))
-        with np.errstate(invalid="ignore", over="ignore"):  # what is not finite the turbine refuses by name
+        with np.errstate(invalid="ignore", over="ignore"):  # the turbine reports values that are not finite by name
             return (1.0 - share) * low + share * high
 
     lift = column("lift")
@@ -139,24 +139,24 @@ def _airfoil(
     return airfoil, {name: values.given(name, default) for name, default in STALL_CONSTANTS.items()}
 
 
-def _setting(file: InputFile, end: Entry) -> float:
-    """``UserProp`` of the table that ends with a line: the deflection of a flap, for one."""
+def _setting(file: InputFile, end: KeywordLine) -> float:
+    """``UserProp`` of the table that ends with a line, such as a flap deflection."""
     entry = _part(file, end).find("UserProp", "Ctrl")
     return (number(entry.values[0]) or 0.0) if entry else 0.0
 
 
-def _part(file: InputFile, end: Entry) -> InputFile:
+def _part(file: InputFile, end: KeywordLine) -> InputFile:
     """The keywords of one table, up to its number of lines."""
     begin = max((e.line for e in file.entries["numalf"] if e.line < end.line), default=0)
-    entries = {name: [e for e in found if begin < e.line <= end.line] for name, found in file.entries.items()}
-    return replace(file, entries={name: found for name, found in entries.items() if found})
+    entries = {name: [e for e in lines if begin < e.line <= end.line] for name, lines in file.entries.items()}
+    return replace(file, entries={name: lines for name, lines in entries.items() if lines})
 
 
-def _table(file: InputFile, entry: Entry, columns: dict[str, int], notes: list[ImportNote]) -> dict[str, Float]:
+def _table(file: InputFile, entry: KeywordLine, columns: dict[str, int], notes: list[ImportNote]) -> dict[str, Float]:
     """Angles [rad] and coefficients of one table.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     count = file.count(entry)
     body = [(i, split(line)) for i, line in enumerate(file.lines[entry.line :], entry.line + 1) if is_content(line)]
@@ -177,8 +177,8 @@ def _table(file: InputFile, entry: Entry, columns: dict[str, int], notes: list[I
         raise InputError(f"{file.at(entry.line)}: NumAlf: a polar needs at least 3 lines")
     table = np.array(rows)
 
-    found = {which: table[:, place - 1] if place else np.zeros(count) for which, place in columns.items()}
-    alpha = found["alpha"] = np.radians(found["alpha"])
+    polar = {which: table[:, place - 1] if place else np.zeros(count) for which, place in columns.items()}
+    alpha = polar["alpha"] = np.radians(polar["alpha"])
     if np.any(np.diff(alpha) <= 0.0):
         i = int(np.flatnonzero(np.diff(alpha) <= 0.0)[0])
         raise InputError(f"{file.at(body[i + 1][0])}: angles of attack must increase from line to line")
@@ -189,4 +189,4 @@ def _table(file: InputFile, entry: Entry, columns: dict[str, int], notes: list[I
             f"{file.at(body[0][0])}: the polar must cover -180 to 180 degrees, but goes from "
             f"{math.degrees(alpha[0]):g} to {math.degrees(alpha[-1]):g}"
         )
-    return found
+    return polar

@@ -21,7 +21,7 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]
     """Read ElastoDyn section properties: a straight blade without torsion.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     values = Values(notes)
     values.read(file)
@@ -36,7 +36,7 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]
     columns = file.table(entry, wanted, notes)
     tuning = "tuning of a mode: modes follow from the stiffness"
     values.differs("ignored", 1.0, flap_tuner=tuning, flap_tuner_2=tuning)
-    values.like("flap_damping_2", "flap_damping", "all flap modes have that of the first")
+    values.use_other("flap_damping_2", "flap_damping", "all flap modes have that of the first")
     return {
         "position": columns["position"] * length,
         "twist": np.radians(columns["twist"]),
@@ -56,7 +56,8 @@ def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str,
     structure["flap_inertia"] = np.interp(at, z, M[:, 4, 4])
     structure["edge_inertia"] = np.interp(at, z, M[:, 3, 3])
     torsion = matrices["damping_time"]["torsion"] if "damping_time" in matrices else 0.0
-    # the ratio that its time gives at the first torsional frequency of a uniform rod, (pi / 2 L) sqrt(GJ / J)
+    # damping ratio equivalent to BeamDyn's damping time at the first torsional frequency of a uniform rod, (pi / 2 L)
+    # sqrt(GJ / J)
     inner = (at >= 0.2 * at[-1]) & (at <= 0.9 * at[-1])
     J = structure["flap_inertia"] + structure["edge_inertia"]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -73,11 +74,11 @@ def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str,
 def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dict[str, Any]:
     """Read a BeamDyn blade: curved axis and 6 x 6 section matrices.
 
-    BeamDyn's section axes are ours: x towards the suction side, y towards the trailing edge, z along the axis. Its
-    stations are shares of the length of the axis.
+    BeamDyn's section axes are those of meltemi: x towards the suction side, y towards the trailing edge, z along the
+    axis. Its stations are fractions of the length of the axis.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
       UnsupportedError: several members.
     """
     values = Values(notes)
@@ -126,13 +127,13 @@ def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, F
     blocks: list[tuple[int, list[float]]] = []
     for i, line in enumerate(file.lines[entry.line :], entry.line + 1):
         numbers = [number(t) for t in split(line)]
-        found = [x for x in numbers if x is not None]
-        if len(found) != len(numbers) or not found:
+        numbers_only = [x for x in numbers if x is not None]
+        if len(numbers_only) != len(numbers) or not numbers_only:
             continue
-        if len(found) == 6 and times is None and not blocks:
-            times = found
+        if len(numbers_only) == 6 and times is None and not blocks:
+            times = numbers_only
         else:
-            blocks.append((i, found))
+            blocks.append((i, numbers_only))
     eta: list[float] = []
     K: list[list[list[float]]] = []
     M: list[list[list[float]]] = []
@@ -187,7 +188,7 @@ def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, F
 
 
 def _cant(columns: dict[str, Float]) -> Float:
-    """(S,) [deg] slope of the line of mid-chords, as AeroDyn has it without BlCrvAng (``setCantAngle``)."""
+    """(S,) [deg] slope of the line of mid-chords, which AeroDyn uses without BlCrvAng (``setCantAngle``)."""
     middle = columns["centre_x"] + 0.25 * columns["chord"] * np.sin(np.radians(columns["twist"]))
     return np.degrees(np.arctan(np.gradient(middle, columns["position"], edge_order=2)))
 
@@ -196,7 +197,7 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote
     """Read the outer shape of an AeroDyn blade.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     Values(notes).read(file)
     entry = file.require(["NumBlNds"], "number of stations")

@@ -1,8 +1,8 @@
-"""Order of the columns of OpenFAST's tables, as its programs read them, whatever the header says.
+"""Order of the columns of OpenFAST's tables, as its modules read them regardless of the header.
 
 HydroDyn_Input.f90, SubDyn.f90, ElastoDyn_IO.f90 (``ReadTowerFile``), AeroDyn_IO.f90, BeamDyn_IO.f90 and MoorDyn.f90 of
-OpenFAST 5.0.0; later columns are not read here. The first columns are the same since version 2, those of HydroDyn's
-members are not.
+OpenFAST 5.0.0; later columns are not read here. The first columns are unchanged since version 2, except those of
+HydroDyn's members.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ UNFILTERED = 50.0
 def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Controller and pitch actuator from ROSCO's settings.
 
-    ROSCO's gains by pitch angle become K / (1 + pitch / halving), fitted by least squares of the relative errors.
+    ROSCO's gains over pitch angle become K / (1 + pitch / halving), fitted by least squares of the relative errors.
 
     Raises:
       InputError: the schedule has no gains.
@@ -41,7 +41,7 @@ def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dic
     if n < 2 or not gain_p.max() > 0.0 or not gain_i.max() > 0.0:
         raise InputError(f"{where}: PC_GS_angles, PC_GS_KP, PC_GS_KI: expected two points or more, not all zero")
     use = (gain_p > 0.05 * gain_p.max()) & (gain_i > 0.05 * gain_i.max())
-    pitch = np.linspace(0.0, angle[use].max(), 60)  # below its first angle ROSCO keeps the first gains
+    pitch = np.linspace(0.0, angle[use].max(), 60)  # below its first angle ROSCO holds the first gains
     gains = np.stack([np.interp(pitch, angle[use], gain[use]) for gain in (gain_p, gain_i)])
     halving, at_zero, off = _schedule(pitch, gains)
     notes.append(
@@ -117,15 +117,15 @@ def _actuator(v: Values, where: str, fine: float) -> dict[str, Any]:
 def _schedule(angle: Float, gains: Float) -> tuple[float, Float, Float]:
     """Halving pitch [rad], gains at zero pitch, and their largest relative errors, by least relative squares.
 
-    The halving pitch is that of the integral gain: ROSCO's proportional gain falls faster, as it counts the rotor's
-    own damping in.
+    The halving pitch is that of the integral gain: ROSCO's proportional gain falls faster, as it accounts for the
+    aerodynamic damping of the rotor.
 
     Args:
-      angle: (n,) [rad].
+      angle: (n,) [rad] pitch angles.
       gains: (2, n) proportional and integral, positive.
     """
     tried = np.geomspace(0.02, 10.0, 400)
-    ratio = 1.0 / (1.0 + angle / tried[:, None])[:, None, :] / gains  # (tried, 2, n)
+    ratio = 1.0 / (1.0 + angle / tried[:, None])[:, None, :] / gains  # (candidates, 2, n)
     at_zero = ratio.sum(axis=2) / (ratio**2).sum(axis=2)
     error = at_zero[:, :, None] * ratio - 1.0
     best = int(np.argmin((error[:, 1] ** 2).sum(axis=1)))
@@ -136,7 +136,7 @@ def simple_torque(v: Values) -> dict[str, Any] | None:
     """ServoDyn's simple variable-speed control, if the deck has it (``VSContrl`` 1; ServoDyn.f90, ``CalculateTorque``).
 
     Region 2 from standstill, VS_Rgn2K times speed squared; region 2 1/2 a line from VS_RtGnSp / (1 + VS_SlPc) to the
-    rated point; region 3 the torque VS_RtTq. No filter and no limit of the rate.
+    rated point; region 3 the torque VS_RtTq. No filter and no rate limit.
 
     Raises:
       InputError: region 2 exceeds the rated torque at rated speed.
@@ -170,7 +170,7 @@ def fixed_pitch(torque: dict[str, Any], pitch: float, gear_ratio: float, source:
         "reference_speed": torque["rated_speed"],
         "proportional_gain": 0.0,
         "integral_gain": LEAST**3,
-        "gain_halving_pitch": 0.3,  # of no effect, as the gains are zero
+        "gain_halving_pitch": 0.3,  # has no effect, as the gains are zero
         "minimum": pitch,
         "maximum": pitch + 1e-4,
         "rate_limit": IDEAL_RATE,

@@ -22,7 +22,7 @@ from meltemi.exchange.openfast.outlist import outputs
 from meltemi.exchange.openfast.text import InputFile, is_content, read_input
 from meltemi.exchange.openfast.tower import add_diameter, read_substructure, read_tower
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.openfast.water import Water
+from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.openfast.wind import read_inflow
 from meltemi.exchange.report import ImportedModel, ImportNote
 from meltemi.sea.pile_beam import first_frequency
@@ -40,12 +40,11 @@ LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
 class Deck(ImportedModel):
     """Content of an OpenFAST deck.
 
-    Its options ask for the degrees of freedom and aerodynamic models that the deck asks OpenFAST for; everything else
-    as OpenFAST 5 does it.
+    Its options select the degrees of freedom and aerodynamic models of the deck; everything else follows OpenFAST 5.
 
     Attributes:
-      library: the controller library as the deck names it, its input file, procedure, whether it pitches blades one by
-        one, and the time [s] between its calls if that is not the time step; empty without.
+      library: the controller library as the deck names it, its input file, procedure, whether it controls the pitch
+        individually, and its sample time [s] if that is not the time step; empty without a library.
     """
 
     library: dict[str, Any] = field(default_factory=dict)
@@ -56,7 +55,7 @@ def read_openfast(path: str | Path, **how: Any) -> Turbine:
     return read_deck(path, **how).turbine
 
 
-@np.errstate(all="ignore")  # the record names what is no finite number
+@np.errstate(all="ignore")  # the record reports values that are not finite by their name
 def read_deck(
     path: str | Path,
     *,
@@ -70,21 +69,22 @@ def read_deck(
     """Read an OpenFAST deck: ElastoDyn, BeamDyn, AeroDyn 15, ServoDyn, InflowWind, ROSCO's DISCON.IN;
     SeaState, HydroDyn, SubDyn, MoorDyn and MAP++.
 
-    Keywords are found wherever they stand; paths of other systems and different upper and lower case are understood.
+    Keywords are recognised on any line; paths of other operating systems and any case of letters are accepted.
 
     Args:
       path: the main file (.fst).
-      blade: whose blade: that with which the deck computes (``CompElast``), ElastoDyn's sections, or BeamDyn's.
-        ElastoDyn's has torsion only if the deck names BeamDyn files, which are then asked for it.
-      fixed_base: the tower of a floating turbine, or of one on a pile or jacket, stands clamped at its base.
-      momentum_wake: momentum theory where the deck has a vortex wake.
-      discon: settings of ROSCO (DISCON.IN) in place of those that the deck names.
+      blade: source of the blade: that which the deck uses (``CompElast``), ElastoDyn or BeamDyn. The ElastoDyn blade
+        has torsion only if the deck names BeamDyn files, which then provide it.
+      fixed_base: clamp the tower of a floating turbine, or of one on a pile or jacket, at its base.
+      momentum_wake: use momentum theory where the deck has a vortex wake.
+      discon: ROSCO settings (DISCON.IN) in place of those that the deck names.
       control_of: a turbine whose control, pitch actuator and rated power are taken, for decks with another controller.
-      extra: key paths and values that come on top, or instead: ``{"drivetrain.stiffness": 8.7e8}``.
+      extra: key paths and values that supplement or replace those of the deck: ``{"drivetrain.stiffness": 8.7e8}``.
 
     Raises:
-      InputError: with file, line, keyword and what was expected; or what the deck lacks, by key paths for ``extra``.
-      UnsupportedError: something that is not modelled, by its name.
+      InputError: the deck is not valid, with file, line, keyword and what was expected; or the missing data, as key
+        paths for ``extra``.
+      UnsupportedError: the deck has a named feature that is not supported.
     """
     path, notes = Path(path), list[ImportNote]()
     v, main = Values(notes), _main(path)
@@ -116,7 +116,7 @@ def read_deck(
     if v.given("comp_sub", 0) != 1:
         v.unneeded("of CompSub 1", "sub")
     floats = _floats(v) and not fixed_base
-    water = Water(main, v, notes) if floats or (v.given("comp_sub", 0) == 1 and not fixed_base) else None
+    water = DeckWater(main, v, notes) if floats or (v.given("comp_sub", 0) == 1 and not fixed_base) else None
     if water is None:
         v.differs("ignored", 0, comp_hydro="the tower stands on land, or is clamped at its base as requested")
         v.unneeded("the tower stands on land", *WATER)
@@ -129,17 +129,17 @@ def read_deck(
     servo = _control(main, data, v, None if discon is None else Path(discon), control_of)
     _drivetrain(data, v)
     _replaced(data, control_of, extra or {}, v)
-    _ask(path, data)
+    _require_complete(path, data)
     rayleigh = data.get("support", {}).pop("rayleigh", None)
     turbine = _validated(data, path, v)
     if rayleigh is not None:
-        turbine = _damped(turbine, *rayleigh)
+        turbine = _with_damping_ratio(turbine, *rayleigh)
     inflow = v.file(main, "inflow") if v.given("comp_inflow", 1) == 1 else None
     wind = read_inflow(read_input(inflow, "InflowWind"), turbine.hub_height, notes) if inflow else None
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
     surroundings = {"air_density": density, "gravity": v["gravity"]}
     sea = None if water is None or water.file is None else water.sea()
-    options = _options(turbine, v, aero_values, polars, momentum_wake)  # whose notes are among those of the deck
+    options = _options(turbine, v, aero_values, polars, momentum_wake)  # its notes are already among those of the deck
     output = outputs([elastodyn, aero, *_others(main, v, water, inflow)], v, aero_values, turbine, notes)
     return Deck(
         turbine,
@@ -156,8 +156,8 @@ def read_deck(
     )
 
 
-def _others(main: InputFile, v: Values, water: Water | None, inflow: Path | None) -> Iterator[InputFile]:
-    """Files of the deck with lists of outputs, beside those of ElastoDyn and AeroDyn."""
+def _others(main: InputFile, v: Values, water: DeckWater | None, inflow: Path | None) -> Iterator[InputFile]:
+    """Files of the deck with lists of outputs other than those of ElastoDyn and AeroDyn."""
     at_sea = water is not None
     used = {
         "ServoDyn": ("servo", v.given("comp_servo", 1) == 1),
@@ -168,13 +168,13 @@ def _others(main: InputFile, v: Values, water: Water | None, inflow: Path | None
         "SubDyn": ("sub", at_sea and v.given("comp_sub", 0) == 1),
         "mooring": ("mooring_file", at_sea and v.given("comp_mooring", 0) == 3),
     }
-    for module, (target, there) in used.items():
-        path = v.file(main, target) if there and target in v.data else None
+    for module, (target, is_used) in used.items():
+        path = v.file(main, target) if is_used and target in v.data else None
         if path is not None:
             yield read_input(path, module)
 
 
-def _damped(turbine: Turbine, of_mass: float, of_stiffness: float) -> Turbine:
+def _with_damping_ratio(turbine: Turbine, of_mass: float, of_stiffness: float) -> Turbine:
     """The turbine on a pile with the ratio that its Rayleigh damping has at the first natural frequency."""
     first = first_frequency(build(turbine).rotor.tower.modes)
     return turbine.replace(**{"support.damping": 0.5 * (of_mass / first + of_stiffness * first)})
@@ -194,16 +194,16 @@ def _main(path: Path) -> InputFile:
 
 def _open(main: InputFile, keyword: str, module: str) -> InputFile:
     entry = main.require([keyword], f"name of the {module} file")
-    found = main.file(entry.values[0], entry.line)
-    if found is None:
+    path = main.file(entry.values[0], entry.line)
+    if path is None:
         raise InputError(f"{main.at(entry.line)}: {entry.name}: a {module} file is needed, found {entry.values[0]!r}")
-    return read_input(found, module)
+    return read_input(path, module)
 
 
 def _file(file: InputFile, v: Values, target: str) -> Path:
-    found = v.file(file, target)
-    assert found is not None, "kind 'file' in the table makes sure of it"
-    return found
+    path = v.file(file, target)
+    assert path is not None, "kind 'file' in the table makes sure of it"
+    return path
 
 
 def _title(main: InputFile) -> str:
@@ -249,13 +249,13 @@ WATER = (
 
 
 def _floats(v: Values) -> bool:
-    """Whether the deck is of a floating platform: it moves in HydroDyn's water, without SubDyn."""
+    """Whether the deck has a floating platform: HydroDyn without SubDyn, and platform motion."""
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
     return free and bool(v.given("comp_hydro", 0)) and v.given("comp_sub", 0) == 0
 
 
-def _floating(main: InputFile, v: Values, water: Water) -> dict[str, Any]:
-    """A platform with its lines, and the motions of the tower's base."""
+def _floating(main: InputFile, v: Values, water: DeckWater) -> dict[str, Any]:
+    """Platform with its mooring lines, and the degrees of freedom of the tower base."""
     platform = water.platform(v)
     moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
     if moored is not None:
@@ -314,13 +314,13 @@ def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
         line, text = named[i] if i < len(named) else (len(aero.lines), "")
         tokens, text = text.split(), text.strip()
         name = text.split('"')[1] if text.count('"') > 1 else text.split("'")[1] if text.count("'") > 1 else text[:60]
-        found = aero.file(name, line) if text and (text[0] in "\"'" or i == 0 or len(tokens) == 1) else None
-        if found is None:
+        path = aero.file(name, line) if text and (text[0] in "\"'" or i == 0 or len(tokens) == 1) else None
+        if path is None:
             raise InputError(
                 f"{aero.at(line)}: expected the name of airfoil file {i + 1} of {aero.count(entry)} in quotes "
                 f"(NumAFfiles, line {entry.line}), found {text[:40]!r}"
             )
-        paths.append(found)
+        paths.append(path)
     columns = {
         name: values.given(f"column_{name}", place)
         for name, place in (("alpha", 1), ("lift", 2), ("drag", 3), ("moment", 4))
@@ -356,10 +356,10 @@ def _structure(
         if path is None:
             raise InputError(f"{main.path}: BDBldFile(1) names no BeamDyn file")
         return read_beamdyn(read_input(path, "BeamDyn"), length, notes)
-    own = v.file(elastodyn, "blade_file")
-    if own is None:
+    blade_file = v.file(elastodyn, "blade_file")
+    if blade_file is None:
         raise InputError(f"{elastodyn.path}: BldFile(1) names no file, but the blades are ElastoDyn's")
-    structure = read_elastodyn_blade(read_input(own, "ElastoDyn blade"), length, notes)
+    structure = read_elastodyn_blade(read_input(blade_file, "ElastoDyn blade"), length, notes)
     v.differs("ignored", 0.0, tip_mass="tip brakes are not modelled")
     if path is not None:
         try:
@@ -372,7 +372,7 @@ def _structure(
 
 
 def _replaced(data: dict[str, Any], control_of: Turbine | None, extra: Mapping[str, Any], v: Values) -> None:
-    """Put the control of another turbine and further values in the place of those of the deck."""
+    """Replace the control by that of another turbine, and further values by those of the caller."""
     if control_of is not None:
         for name in ("control", "pitch_actuator", "rated_power"):
             value = getattr(control_of, name)
@@ -386,7 +386,7 @@ def _replaced(data: dict[str, Any], control_of: Turbine | None, extra: Mapping[s
 
 
 def _machine(data: dict[str, Any], v: Values, source: str) -> None:
-    """Set what has a key path of the turbine: hub, nacelle, drivetrain."""
+    """Set the values that have a key path of the turbine: hub, nacelle, drivetrain."""
     for target, value in v.data.items():
         if "." in target and value is not None:
             set_keys(data, target, value)
@@ -440,8 +440,8 @@ def _control(  # noqa: C901 - a branch for each kind of control
         if 5 in (v["pitch_mode"], v["torque_mode"]):
             step = v["library_step"]
             every = step is None or v["time_step"] is None or step <= 1.001 * v["time_step"]
-            own = {"procedure": v.given("procedure", "DISCON"), "individual_pitch": v.given("individual", 1) == 1}
-            library = {"library": v["library"], "input": None, "step": None if every else step, **own}
+            keys = {"procedure": v.given("procedure", "DISCON"), "individual_pitch": v.given("individual", 1) == 1}
+            library = {"library": v["library"], "input": None, "step": None if every else step, **keys}
             for target in ("pitch_mode", "torque_mode"):
                 if v[target] != 5:
                     v.note("approximated", target, "the controller library has both pitch and torque")
@@ -483,22 +483,22 @@ def _named_settings(file: InputFile, v: Values) -> Path | None:
 
 
 def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote], *, must: bool) -> None:
-    """Controller and actuator from ROSCO's settings; with ``must`` they were explicitly given."""
+    """Controller and actuator from ROSCO settings; ``must``: the user gave the file, so it has to be valid."""
     discon = read_input(path, "DISCON")
     if discon.find("PC_GS_KP") is None:
         if must:
             raise InputError(f"{path}: not the settings of ROSCO (a DISCON.IN): no PC_GS_KP in it")
         v.note("ignored", "library_input", "not ROSCO's settings (no PC_GS_KP); the library itself can be run")
         return
-    own = Values(notes)
-    own.read(discon)
-    control, actuator = from_discon(own, notes)
+    settings = Values(notes)
+    settings.read(discon)
+    control, actuator = from_discon(settings, notes)
     data["control"], data["pitch_actuator"] = control | {"discon": str(path.absolute())}, actuator
-    data["rated_power"] = own["rated_power"]
-    efficiency = v.given("drivetrain.generator_efficiency", own.given("efficiency", 1.0))
+    data["rated_power"] = settings["rated_power"]
+    efficiency = v.given("drivetrain.generator_efficiency", settings.given("efficiency", 1.0))
     set_keys(data, "drivetrain.generator_efficiency", efficiency)
-    if own["yaw_rate"]:
-        data.setdefault("yaw", {})["rate"] = own["yaw_rate"]
+    if settings["yaw_rate"]:
+        data.setdefault("yaw", {})["rate"] = settings["yaw_rate"]
         v.unneeded("that of ROSCO's settings is used", "yaw_rate")
     stiffness = v.given("pitch_stiffness", 0.0)
     inertia = v.given("pitch_inertia", 0.0) + v.given("bearing_inertia", 0.0)
@@ -511,7 +511,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote]
         }
 
 
-def _ask(path: Path, data: dict[str, Any]) -> None:
+def _require_complete(path: Path, data: dict[str, Any]) -> None:
     """Raise an error that names the data missing in the deck."""
     control = data.get("control", {})
     wanted = {
@@ -521,7 +521,7 @@ def _ask(path: Path, data: dict[str, Any]) -> None:
         "control.filter_frequency": ("[rad/s]", "filter_frequency" in control),
         "rated_power": ("[W]", "rated_power" in data or "torque" in control),
     }
-    missing = [f"  {name}: {what}" for name, (what, there) in wanted.items() if not there]
+    missing = [f"  {name}: {what}" for name, (what, present) in wanted.items() if not present]
     if not wanted["drivetrain.stiffness"][1]:
         raise InputError(
             f"{path}: DTTorSpr is 0 in ElastoDyn's file although the shaft twists (DrTrDOF True): expected a stiffness "
@@ -603,7 +603,7 @@ def _options(turbine: Turbine, v: Values, aero: Values, polars: Polars, momentum
 
 
 def _yaw(v: Values) -> dict[str, Any]:
-    """Angle and bearing of the nacelle: a spring turns it to ``YawNeut``, from which a controller's rates count."""
+    """Yaw angle and yaw bearing: the spring is neutral at ``YawNeut``, the reference of the controller's yaw rates."""
     sprung = v.given("yaw", True) and v["yaw_neutral"] is not None
     angle = v.given("yaw_neutral" if sprung else "nacelle_yaw", 0.0)
     if sprung and v.given("nacelle_yaw", angle) != angle:

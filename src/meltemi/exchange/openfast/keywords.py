@@ -28,17 +28,17 @@ UNITS = {
 
 
 @dataclass(frozen=True)
-class Row:
+class KeywordRow:
     """One row of the table.
 
     Attributes:
-      names: of the keyword, today's first; patterns with ``*`` in rows without a target.
+      names: names of the keyword, the current one first; patterns with ``*`` in rows without a target.
       kind: int, float, flag, text, file, list or any.
       optional: the line may be missing or say "default".
-      unit: in the file.
+      unit: unit in the file.
       target: key path, local name, or empty.
-      turned: the sign is turned.
-      same: values with which the model does the same, whether it reads them or not; empty if there are none.
+      turned: the sign is reversed.
+      same: values equivalent to the behaviour of the model; may be empty.
       remark: explanation for the user.
     """
 
@@ -52,13 +52,13 @@ class Row:
     remark: str
 
 
-def _rows() -> dict[str, tuple[Row, ...]]:
-    found: dict[str, list[Row]] = {}
+def _rows() -> dict[str, tuple[KeywordRow, ...]]:
+    table: dict[str, list[KeywordRow]] = {}
     with (Path(__file__).parent / "keywords.csv").open(newline="", encoding="utf-8") as file:
         for row in csv.DictReader(file):
             kind, target = row["kind"], row["target"]
-            found.setdefault(row["file"], []).append(
-                Row(
+            table.setdefault(row["file"], []).append(
+                KeywordRow(
                     tuple(row["keyword"].split()),
                     kind.rstrip("?"),
                     kind.endswith("?"),
@@ -69,14 +69,14 @@ def _rows() -> dict[str, tuple[Row, ...]]:
                     row["remark"],
                 )
             )
-    return {module: tuple(rows) for module, rows in found.items()}
+    return {module: tuple(rows) for module, rows in table.items()}
 
 
 ROWS = _rows()
 
 
 @lru_cache(maxsize=4096)
-def row_of(module: str, name: str) -> Row | None:
+def row_of(module: str, name: str) -> KeywordRow | None:
     """The row that a keyword of a file belongs to, exact names before patterns."""
     wanted = key(name)
     for row in ROWS[module]:

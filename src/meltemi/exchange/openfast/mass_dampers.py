@@ -1,7 +1,8 @@
 """Tuned mass dampers of tower, nacelle and blades from ServoDyn's structural control (StC) files.
 
-Positions are relative to the tower base, in the nacelle to the tower top and in blades to the blade root, with the axes
-of its frame, without twist (ServoDyn.f90, ``InitRefPos`` and ``InitRefOrient``; for tower and nacelle from memory).
+Positions are relative to the tower base, for the nacelle to the tower top and for blades to the blade root, in the
+axes of that frame, without twist (ServoDyn.f90, ``InitRefPos`` and ``InitRefOrient``; for tower and nacelle from
+memory).
 """
 
 from __future__ import annotations
@@ -18,17 +19,17 @@ PLACES = (("nacelle_dampers", "NStCfiles"), ("tower_dampers", "TStCfiles"), ("bl
 
 
 def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: list[ImportNote]) -> list[dict[str, Any]]:
-    """Mass dampers that ServoDyn names.
+    """Read the mass dampers that ServoDyn names.
 
     Args:
-      servo: its file; v: its values.
-      length: [m] of the tower.
+      servo: ServoDyn file; v: its values.
+      length: [m] length of the tower.
 
     Raises:
       InputError: a file is missing or not valid.
       UnsupportedError: a liquid damper, prescribed or controlled forces, a table of the spring, motion along z.
     """
-    found: list[dict[str, Any]] = []
+    dampers: list[dict[str, Any]] = []
     for target, keyword in PLACES:
         count = int(v.given(target, 0))
         if count == 0:
@@ -41,8 +42,8 @@ def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: list[Im
             if path is None:
                 raise InputError(f"{servo.at(entry.line)}: {keyword}: expected the name of a file, found {text!r}")
             origin = length if target == "nacelle_dampers" else 0.0
-            found += _dampers(read_input(path, "StC"), origin, notes, in_blade=target == "blade_dampers")
-    return found
+            dampers += _dampers(read_input(path, "StC"), origin, notes, in_blade=target == "blade_dampers")
+    return dampers
 
 
 def _dampers(file: InputFile, origin: float, notes: list[ImportNote], in_blade: bool) -> list[dict[str, Any]]:
@@ -80,8 +81,8 @@ def _dampers(file: InputFile, origin: float, notes: list[ImportNote], in_blade: 
 
 def _axis(v: Values, axis: str, mode: int) -> dict[str, Any]:
     mass = v["both_mass"] if mode == OMNIDIRECTIONAL and v["both_mass"] else v[f"{axis}_mass"]
-    found = {"mass": mass, "stiffness": v[f"{axis}_stiffness"], "damping": v.given(f"{axis}_damping", 0.0)}
+    damper = {"mass": mass, "stiffness": v[f"{axis}_stiffness"], "damping": v.given(f"{axis}_damping", 0.0)}
     if stop := v.given(f"{axis}_stop_stiffness", 0.0):
-        found |= {"stops": [v[f"{axis}_low"], v[f"{axis}_high"]], "stop_stiffness": stop}
-        found["stop_damping"] = v.given(f"{axis}_stop_damping", 0.0)
-    return found
+        damper |= {"stops": [v[f"{axis}_low"], v[f"{axis}_high"]], "stop_stiffness": stop}
+        damper["stop_damping"] = v.given(f"{axis}_stop_damping", 0.0)
+    return damper

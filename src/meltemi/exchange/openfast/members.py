@@ -1,7 +1,7 @@
 """Members of a platform from HydroDyn: columns, pontoons and plates beside potential flow, or instead of it.
 
-A joint of several members has the area of all, as vectors out of each end (HydroDyn, axial loads): a heave plate
-under a thinner column has a wet ring above. The force of drag on an end is rho A AxCd v^2 / 4 there, of both sides,
+The area of a joint is the vector sum over the ends of its members (HydroDyn, axial loads): a heave plate under a
+thinner column has a wetted ring above. The force of drag on an end is rho A AxCd v^2 / 4 there, of both sides,
 and rho A plate_drag v^2 / 2 here.
 """
 
@@ -13,7 +13,7 @@ import numpy as np
 
 import meltemi.exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.exchange.openfast.text import DIFFRACTS, Entry, Float, InputFile, flag, number
+from meltemi.exchange.openfast.text import DIFFRACTS, Float, InputFile, KeywordLine, flag, number
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import ImportNote
 
@@ -26,34 +26,34 @@ Notes = list[ImportNote]
 
 
 def hydro_table(file: InputFile, count: str, layout: str, wanted: dict[str, str], notes: Notes) -> dict[str, Float]:
-    """Columns of the table of a number of lines, of OpenFAST 5 or before."""
+    """Columns of the table that follows a line count, in the format of OpenFAST 5 or before."""
     return file.placed(file.require([count, f"{count}Cyl"], "of lines"), layout, wanted, notes)
 
 
 def simple_coefficients(file: InputFile, notes: Notes) -> tuple[dict[str, float], bool]:
-    """Coefficients of all members, and whether they diffract; the table follows that of sections, without a number."""
+    """Coefficients of all members, and whether they diffract waves; the table has no count and follows the sections."""
     entry = file.find("NPropSetsRec") or file.require(["NPropSets", "NPropSetsCyl"], "of lines")
     after = file.rows(entry, file.count(entry))[2]
     wanted = {n: f"Simpl{c}" for n, c in COEFFICIENTS.items()}
-    one = Entry("SimplCd", ("1",), after)
-    found = file.placed(one, columns.SIMPLE, wanted, notes, skip=1)
-    return {n: float(x[0]) for n, x in found.items()}, diffracts(file, one, skip=1)
+    one = KeywordLine("SimplCd", ("1",), after)
+    coefficients = file.placed(one, columns.SIMPLE, wanted, notes, skip=1)
+    return {n: float(x[0]) for n, x in coefficients.items()}, diffracts(file, one, skip=1)
 
 
 def by_depth(file: InputFile, notes: Notes) -> dict[str, Float]:
     """Coefficients by depth.
 
     Raises:
-      InputError: there are none, although members have them (MCoefMod 2).
+      InputError: the table is empty although members refer to it (MCoefMod 2).
     """
     wanted = {"z": "Dpth"} | {n: f"Dpth{c}" for n, c in COEFFICIENTS.items()}
-    found = hydro_table(file, "NCoefDpth", columns.BY_DEPTH, wanted, notes)
-    if not len(found["z"]):
+    coefficients = hydro_table(file, "NCoefDpth", columns.BY_DEPTH, wanted, notes)
+    if not len(coefficients["z"]):
         raise InputError(f"{file.path}: members have MCoefMod 2, but NCoefDpth says that there are no coefficients")
-    return found
+    return coefficients
 
 
-def diffracts(file: InputFile, entry: Entry, skip: int = 0) -> bool:
+def diffracts(file: InputFile, entry: KeywordLine, skip: int = 0) -> bool:
     """Whether a table of coefficients asks for diffraction."""
     return any(
         DIFFRACTS in [w.strip("'\"").upper() for w in r] for _, r in file.rows(entry, file.count(entry), None, skip)[1]
@@ -61,10 +61,10 @@ def diffracts(file: InputFile, entry: Entry, skip: int = 0) -> bool:
 
 
 def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[int, bool]]:
-    """Members with ends, sections and kind of coefficients, and of each whether it is part of potential flow.
+    """Members with ends, sections and kind of coefficients, and whether each is part of the potential flow.
 
     Raises:
-      InputError: a row has no place for PropPot.
+      InputError: a row has no column PropPot.
     """
     entry = file.require(["NMembers"], "of lines")
     rows = file.rows(entry, file.count(entry))[1]
@@ -90,25 +90,25 @@ def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict
 
 
 def _geometry(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[int, Float], dict[int, Float]]:
-    """Members, places of joints [m], and outer diameter and wall [m] of sections, by their numbers."""
+    """Members, positions of joints [m], and outer diameter and wall thickness [m] of sections, by their numbers."""
     members, _ = members_table(file, notes)
     wanted = {"id": "JointID", "x": "Jointxi", "y": "Jointyi", "z": "Jointzi"}
     joints = hydro_table(file, "NJoints", columns.HYDRO_JOINTS, wanted, notes)
     wanted = {"id": "PropSetID", "d": "PropD", "t": "PropThck"}
     sections = hydro_table(file, "NPropSets", columns.HYDRO_SECTIONS, wanted, notes)
     places = {int(i): np.array(x) for i, *x in zip(*joints.values(), strict=True)}
-    found = {int(i): np.array(x) for i, *x in zip(*sections.values(), strict=True)}
+    by_number = {int(i): np.array(x) for i, *x in zip(*sections.values(), strict=True)}
     for i, a, b, first, second, _ in zip(*members.values(), strict=True):
-        if not {int(a), int(b)} <= set(places) or not {int(first), int(second)} <= set(found):
+        if not {int(a), int(b)} <= set(places) or not {int(first), int(second)} <= set(by_number):
             raise InputError(f"{file.path}: member {i:g} names a joint or property set that is not defined")
-    return members, places, found
+    return members, places, by_number
 
 
 def read_members(file: InputFile, v: Values) -> list[dict[str, Any]]:
-    """Round members of a platform, as keys of ``Member``.
+    """Read the circular members of a platform as keys of ``Member``.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
       UnsupportedError: members of other sections.
     """
     members, places, sections = _geometry(file, v.notes)
@@ -122,61 +122,61 @@ def read_members(file: InputFile, v: Values) -> list[dict[str, Any]]:
     sets = {int(i): c for i, *c in zip(*axial.values(), strict=True)}
     kinds = hydro_table(file, "NJoints", columns.HYDRO_JOINTS, {"id": "JointID", "kind": "JointAxID"}, v.notes)
     ends = _ends(members, places, sections)
-    found: list[dict[str, Any]] = []
+    content: list[dict[str, Any]] = []
     plates = {int(j): sets.get(int(k), [0.0] * 3) for j, k in zip(kinds["id"], kinds["kind"], strict=True)}
     for row, (i, a, b, first, second, _) in enumerate(zip(*members.values(), strict=True)):
         within = inside.get(int(i), False)
         shared = {name: 0.0 if within and name != "drag" else float(x[row]) for name, x in wet.items()}
         at = [(int(a), places[int(a)], sections[int(first)][0]), (int(b), places[int(b)], sections[int(second)][0])]
         middle = (0.5 * (at[0][1] + at[1][1]), 0.5 * (at[0][2] + at[1][2]))
-        own = [
+        plate_keys = [
             _plate(joint, row, ends[joint], plates[joint], within) if place[2] < 0.0 else {} for joint, place, _ in at
         ]
-        halves = [(at[k][1], at[k][2], own[k]) for k in (0, 1)]
-        if own[0] and own[1]:  # a plate is at the start of a member: one for each
+        halves = [(at[k][1], at[k][2], plate_keys[k]) for k in (0, 1)]
+        if plate_keys[0] and plate_keys[1]:  # a plate is at the start of a member: two plates need two members
             pieces = [(half, middle) for half in halves]
         else:
-            k = 1 if own[1] else 0
+            k = 1 if plate_keys[1] else 0
             pieces = [(halves[k], (at[1 - k][1], at[1 - k][2]))]
         for (start, d, plate), (end, d_end) in pieces:
             cone = {} if d == d_end else {"end_diameter": float(d_end)}
-            found.append({"start": start, "end": end, "diameter": float(d)} | cone | shared | plate)
-    return found
+            content.append({"start": start, "end": end, "diameter": float(d)} | cone | shared | plate)
+    return content
 
 
 def _ends(
     members: dict[str, Float], places: dict[int, Float], sections: dict[int, Float]
 ) -> dict[int, list[tuple[int, Float, float]]]:
     """For each joint its members, the directions out of their ends, and their diameters [m]."""
-    found: dict[int, list[tuple[int, Float, float]]] = {joint: [] for joint in places}
+    ends: dict[int, list[tuple[int, Float, float]]] = {joint: [] for joint in places}
     for row, (_, a, b, first, second, _) in enumerate(zip(*members.values(), strict=True)):
         out = places[int(a)] - places[int(b)]
         out = out / max(float(np.linalg.norm(out)), 1e-12)
-        found[int(a)].append((row, out, float(sections[int(first)][0])))
-        found[int(b)].append((row, -out, float(sections[int(second)][0])))
-    return found
+        ends[int(a)].append((row, out, float(sections[int(first)][0])))
+        ends[int(b)].append((row, -out, float(sections[int(second)][0])))
+    return ends
 
 
 def _plate(
     joint: int, row: int, ends: list[tuple[int, Float, float]], coefficients: list[float], within: bool
 ) -> dict[str, float]:
-    """Coefficients of an end as a plate; those of a joint are with its widest member."""
+    """Coefficients of an end as a plate; those of a joint belong to its widest member."""
     widest, normal, d = max(ends, key=lambda each: each[2])
     if widest != row or not any(coefficients):
         return {}
     area = abs(float(sum(each[2] ** 2 * (each[1] @ normal) for each in ends))) / d**2
     ball = abs(float(sum(each[2] ** 3 * (each[1] @ normal) for each in ends))) / d**3
     size = dict(zip(AXIAL, (area, ball, area), strict=True))
-    found = {n: f * c * size[n] for (n, f), c in zip(AXIAL.items(), coefficients, strict=True)}
-    if within:  # potential flow has inertia and pressure
-        found = {"plate_drag": found["plate_drag"]}
-    return {n: x for n, x in found.items() if x > 1e-9}
+    plate = {n: f * c * size[n] for (n, f), c in zip(AXIAL.items(), coefficients, strict=True)}
+    if within:  # potential flow already has inertia and pressure
+        plate = {"plate_drag": plate["plate_drag"]}
+    return {n: x for n, x in plate.items() if x > 1e-9}
 
 
 def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Float], v: Values) -> dict[str, Float]:
-    """Coefficients of members: for all, by depth (at their middle), or of each (mean of both ends)."""
+    """Coefficients of members: common ones, by depth (at their middle), or per member (mean of both ends)."""
     simple, diffract = simple_coefficients(file, v.notes)
-    found = {name: np.full(len(members["id"]), x) for name, x in simple.items()}
+    coefficients = {name: np.full(len(members["id"]), x) for name, x in simple.items()}
     diffract = diffract and bool(np.any(members["model"] == 1))
     if np.any(members["model"] == 2):
         table = by_depth(file, v.notes)
@@ -185,7 +185,7 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
         z = np.array(
             [0.5 * (places[int(a)][2] + places[int(b)][2]) for a, b in zip(members["a"], members["b"], strict=True)]
         )
-        for name, x in found.items():
+        for name, x in coefficients.items():
             x[members["model"] == 2] = np.interp(z, table["z"][order], table[name][order])[members["model"] == 2]
     if np.any(members["model"] == 3):
         names = {f"{n}{k}": f"Member{c}{k}" for n, c in COEFFICIENTS.items() for k in (1, 2)}
@@ -198,16 +198,16 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
                 raise InputError(
                     f"{file.path}: member {members['id'][row]:g} has MCoefMod 3, but no line of coefficients"
                 )
-            for name, x in found.items():
+            for name, x in coefficients.items():
                 x[row] = 0.5 * (each[f"{name}1"][k] + each[f"{name}2"][k])
     if diffract:
         why = "diffraction of a platform's members is not modelled: their inertia is that of slender ones"
         v.notes.append(ImportNote("approximated", file.path.name, "MCF", why))
-    return found
+    return coefficients
 
 
 def displaced(members: list[dict[str, Any]]) -> tuple[float, tuple[float, float]]:
-    """[m^3] of water that members displace at rest, and x, y [m] of its centre."""
+    """Volume [m^3] of the water that members displace at rest, and x, y [m] of its centre."""
     from meltemi.floating.members import Member, at_rest
 
     volume, centre, _ = at_rest([Member.model_validate(each) for each in members])
@@ -216,10 +216,10 @@ def displaced(members: list[dict[str, Any]]) -> tuple[float, tuple[float, float]
 
 
 def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
-    """Mass, centre (3) and inertia (3) about it of a platform with the water inside of filled members.
+    """Mass, centre (3) and inertia (3) about it of a platform, including the water in filled members.
 
     Raises:
-      InputError: the table of filled members is not one.
+      InputError: the table of filled members is malformed.
     """
     entry = file.find("NFillGroups")
     count = 0 if entry is None else file.count(entry)
@@ -242,7 +242,9 @@ def with_ballast(body: list[float], file: InputFile, v: Values) -> list[float]:
     mass = float(masses.sum())
     centre = masses @ centres / mass
     arms = centres - centre
-    inertia = sum(np.diag(own) for _, _, own in parts) + masses @ ((arms**2).sum(axis=1)[:, None] - arms**2)
+    inertia = sum(np.diag(about_centre) for _, _, about_centre in parts) + masses @ (
+        (arms**2).sum(axis=1)[:, None] - arms**2
+    )
     return [mass, *centre.tolist(), *np.asarray(inertia).tolist()]
 
 
@@ -254,17 +256,17 @@ def _filled(
     level: float,
     density: float,
 ) -> list[tuple[float, Float, Float]]:
-    """Slices (mass, centre, inertia about it) of the water inside of a member below a level."""
+    """Slices (mass, centre, inertia about it) of the water in a member below a level."""
     a, b = places[int(members["a"][row])], places[int(members["b"][row])]
     first, second = sections[int(members["first"][row])], sections[int(members["second"][row])]
     axis, size = (b - a) / np.linalg.norm(b - a), float(np.linalg.norm(b - a))
     share = (np.arange(200) + 0.5) / 200
-    found = []
+    slices = []
     for s in share:
         place = a + s * (b - a)
         if place[2] < level:
             d, t = first + s * (second - first)
             r = 0.5 * d - t
             m = density * np.pi * r**2 * size / 200
-            found.append((m, place, 0.25 * m * r**2 * (np.eye(3) + np.outer(axis, axis))))
-    return found
+            slices.append((m, place, 0.25 * m * r**2 * (np.eye(3) + np.outer(axis, axis))))
+    return slices

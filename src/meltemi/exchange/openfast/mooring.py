@@ -1,8 +1,8 @@
 """Mooring lines from MoorDyn 1, MoorDyn 2 and MAP++.
 
-The programs know their tables by the titles of sections and the columns by their places, whatever the header says
-(MoorDyn.f90 of OpenFAST 5.0.0; of MoorDyn 1 and MAP++ the places of their manuals). MoorDyn 1 says how many rows
-there are; its library for other programs does not.
+The programs identify tables by the titles of sections and columns by their order, regardless of the header
+(MoorDyn.f90 of OpenFAST 5.0.0; manuals of MoorDyn 1 and MAP++). MoorDyn 1 states the number of rows; its library
+for other programs does not.
 """
 
 from __future__ import annotations
@@ -70,16 +70,16 @@ SEABED = ("DEPTH", "SEABED", "GROUND", "FLOOR")
 def read_mooring(  # noqa: C901 - a branch for each thing that a line can be attached to
     file: InputFile, depth: float, notes: list[ImportNote], *, of_map: bool = False
 ) -> dict[str, Any]:
-    """Mooring lines (``lines``), and the free points where they meet (``points``), and MoorDyn's ``segments``.
+    """Read mooring lines (``lines``), the free points where they meet (``points``), and MoorDyn's ``segments``.
 
     Args:
-      depth: [m] of the water, for anchors on the bed.
-      notes: of the import.
-      of_map: the file is MAP++'s, not MoorDyn's.
+      depth: [m] water depth, for anchors on the bed.
+      notes: notes of the import, which are appended.
+      of_map: the file is of MAP++, not of MoorDyn.
 
     Raises:
       InputError: a table or a value is missing.
-      UnsupportedError: lines end at other things than anchors, free points and the platform.
+      UnsupportedError: lines end at objects other than anchors, free points and the platform.
     """
     sections = _sections(file)
     _refuse(file, sections, notes)
@@ -110,7 +110,7 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
             note("ignored", f"point {name}", why)
         if what == "free":
             if any(number(point.get(axis, "0")) for axis in PULLED):
-                raise UnsupportedError(f"{file.path}: point {name} has forces FX, FY, FZ, which have no counterpart")
+                raise UnsupportedError(f"{file.path}: point {name} has forces FX, FY, FZ, which are not modelled")
             free[f"point{name}"] = {key: _number(file, point[key]) for key in FREE if key in point}
     rows = [row for _, row in _table(file, sections, program, "lines", LINES, notes).values()]
     for row in rows:
@@ -139,17 +139,17 @@ def read_mooring(  # noqa: C901 - a branch for each thing that a line can be att
             note("ignored", f"{row['type']}: EI {properties['bending']}", "lines have no bending stiffness")
         if values.get("damping_ratio", 0.0) < 0.0:
             values["damping_ratio"] *= -1.0
-        else:  # a damping in N s has no counterpart
+        else:  # damping in N s has no equivalent
             values.pop("damping_ratio", None)
         if (friction := file.find(BED_FRICTION[1])) is not None:
             values["friction"] = _number(file, friction.values[0])
         lines.append(places | values | {"length": _number(file, row["length"])})
     turns = next((split(line)[1:] for line in file.lines if line.lower().split()[:1] == ["repeat"]), [])
-    found = [(lines, free), *(_turned(lines, free, _number(file, text), f"_{text}") for text in turns)]
-    every = {name: point for _, each in found for name, point in each.items()}
+    systems = [(lines, free), *(_turned(lines, free, _number(file, text), f"_{text}") for text in turns)]
+    every = {name: point for _, each in systems for name, point in each.items()}
     segments = [_number(file, row["segments"]) for row in rows if "segments" in row]
     return {
-        "lines": [line for each, _ in found for line in each],
+        "lines": [line for each, _ in systems for line in each],
         **({"points": every} if every else {}),
         **({"segments": int(np.clip(max(segments), *SEGMENTS))} if segments else {}),
     }
@@ -163,7 +163,7 @@ ENDS = {
 
 
 def _steps(kinds: dict[str, str], lines: list[tuple[str, str]]) -> dict[str, float]:
-    """Lines between each point and the platform, most of all for anchors: lines go upwards along them."""
+    """Number of lines from each point to the platform, largest for anchors; it orders the ends of lines upwards."""
     steps = {name: 0.0 if what == "fairlead" else math.inf for name, what in kinds.items()}
     for _ in lines:
         for a, b in (*lines, *(both[::-1] for both in lines)):
@@ -173,7 +173,7 @@ def _steps(kinds: dict[str, str], lines: list[tuple[str, str]]) -> dict[str, flo
 
 
 def _turned(lines: list[Any], free: dict[str, Any], degrees: float, end: str) -> tuple[list[Any], dict[str, Any]]:
-    """Lines and points turned about the vertical, the names of the points with another end."""
+    """Lines and points rotated about the vertical, with a suffix to the names of the points."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
 
     def turn(place: Any) -> Any:
@@ -195,20 +195,20 @@ def _number(file: InputFile, text: str) -> float:
 
 
 def _sections(file: InputFile) -> dict[str, list[int]]:
-    """Lines of content of each section, numbered from 1, by its kind; those of outputs and options are left out."""
-    found: dict[str, list[int]] = {}
+    """Line numbers (from 1) of the content of each section by its kind, without outputs and options."""
+    sections: dict[str, list[int]] = {}
     kind = ""
     for i, line in enumerate(file.lines, 1):
         if "---" in line:
             title = line.upper()
             kind = next((kind for kind, words in SECTIONS.items() if any(word in title for word in words)), "")
         elif kind and is_content(line):
-            found.setdefault(kind, []).append(i)
-    return found
+            sections.setdefault(kind, []).append(i)
+    return sections
 
 
 def _is_first(file: InputFile, sections: dict[str, list[int]]) -> bool:
-    """Whether a file is MoorDyn 1's: it counts the rows, or, for the library (``Lines.dll``), has its columns."""
+    """Whether a file is of MoorDyn 1: it states numbers of rows, or has the columns of its library (``Lines.dll``)."""
     types, lines = ([split(file.lines[i - 1]) for i in sections.get(kind, ())] for kind in ("types", "lines"))
     if types and begins_with_number(types[0]):
         return True
@@ -233,7 +233,7 @@ def _table(
     names: dict[str, tuple[str, ...]],
     notes: list[ImportNote],
 ) -> dict[str, tuple[int, dict[str, str]]]:
-    """Rows of a section by their first word, with their lines; columns that the program does not have are left out."""
+    """Rows of a section by their first word, with line numbers; without columns that the program does not have."""
     if kind not in sections:
         raise InputError(
             f"{file.path}: no section of {kind}: expected a line of dashes with {' or '.join(SECTIONS[kind])}, as "
@@ -247,7 +247,7 @@ def _table(
     places = {key: first.index(each) for key, known in names.items() for each in known if each in first}
     if lines:
         check_header(f"{file.path.name}:{lines[0]}", split(file.lines[lines[0] - 1]), order, [*places.values()], notes)
-    found = {}
+    rows = {}
     for line in lines[2:]:
         row = split(file.lines[line - 1])
         if len(row) < len(order):
@@ -255,20 +255,20 @@ def _table(
                 f"{file.at(line)}: the table of {kind} has {len(order)} columns or more in {program} "
                 f"({' '.join(first)}), found {len(row)} words"
             )
-        found[row[0]] = (line, {key: row[place] for key, place in places.items()})
-    return found
+        rows[row[0]] = (line, {key: row[place] for key, place in places.items()})
+    return rows
 
 
 def _bodies(
     file: InputFile, sections: dict[str, list[int]], program: Program, notes: list[ImportNote]
 ) -> dict[str, tuple[str, Float, Float]]:
-    """Of each body, as ``body1``: how it is attached, its place (3,) [m], and its orientation (3, 3)."""
+    """Attachment, position (3,) [m] and orientation (3, 3) of each body, named as ``body1``."""
     if program != "MoorDyn 2" or "bodies" not in sections:
         return {}
     names: dict[str, tuple[str, ...]] = {
         name: (name,) for name in ("Attachment", "X0", "Y0", "Z0", "r0", "p0", "y0", "M", "V")
     }
-    found = {}
+    bodies = {}
     for number_of, (line, row) in _table(file, sections, program, "bodies", names, notes).items():
         kind = row["Attachment"].lower()
         if kind not in (*ENDS["anchor"], *ENDS["fairlead"]):
@@ -282,16 +282,17 @@ def _bodies(
             )
         angles = np.radians([_number(file, row[name]) for name in ("r0", "p0", "y0")])
         if angles.any() and kind in ENDS["fairlead"]:
-            # MD_CalcContStateDeriv has them from the body's mesh, whose reference is this matrix and not its transpose
+            # MD_CalcContStateDeriv takes them from the mesh of the body, whose reference is this matrix and not its
+            # transpose
             why = "turned as MoorDyn begins; in the run OpenFAST 5.0.0 turns it the other way: make its points Vessel"
             notes.append(ImportNote("warning", f"{file.path.name}:{line}", f"body {number_of}: r0, p0, y0", why))
         place = np.array([_number(file, row[name]) for name in ("X0", "Y0", "Z0")])
-        found[f"body{number_of}"] = kind, place, _orientation(*angles)
-    return found
+        bodies[f"body{number_of}"] = kind, place, _orientation(*angles)
+    return bodies
 
 
 def _orientation(roll: float, pitch: float, yaw: float) -> Float:
-    """(3, 3) from the axes of a body to those of the sea, Rx Ry Rz of its angles [rad] (Body_Setup, EulerConstruct)."""
+    """(3, 3) rotation from body axes to those of the sea, Rx Ry Rz of its angles [rad] (Body_Setup, EulerConstruct)."""
     (cx, cy, cz), (sx, sy, sz) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
     Rx = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
     Ry = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])

@@ -1,4 +1,4 @@
-"""Channels that a deck asks for in its lists of outputs, as those of a case.
+"""Channels of a case for the output lists of a deck.
 
 OpenFAST numbers output nodes and gages, meltemi all nodes and stations: ``B1N3Alpha`` is at node ``BlOutNd(3)`` of
 AeroDyn, and ``Spn2MLyb1`` at gage 2, which is the middle of element ``BldGagNd(2)`` of the ``BldNodes`` equal ones of
@@ -29,11 +29,11 @@ SIGNS = "-_mM"
 
 @dataclass(frozen=True)
 class Output:
-    """What a case records for the lists of outputs of a deck.
+    """Output of a case for the output lists of a deck.
 
     Attributes:
-      channels: by meltemi's names.
-      blade_stations, tower_stations: [m] of the gages, where the lists have loads at gages.
+      channels: channels by the names of meltemi.
+      blade_stations, tower_stations: [m] positions of the gages whose loads are listed.
     """
 
     channels: tuple[str, ...] = ()
@@ -42,13 +42,13 @@ class Output:
 
 
 def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbine, notes: list[ImportNote]) -> Output:
-    """Channels of the lists of some files, with a note on each name, or on all that are not recorded for one reason.
+    """Channels of the output lists of files, with a note on each name, or on all that are missing for the same reason.
 
     Args:
-      files: those with lists.
+      files: files with output lists.
       v, aero: values of ElastoDyn, with gages, and of AeroDyn, with output nodes.
-      turbine: of the deck.
-      notes: of the deck.
+      turbine: turbine of the deck.
+      notes: notes on the deck, which are appended.
     """
     lists = [(file, line, name) for file in files for line, name in requested(file)]
     nodes = _first(aero, "output_nodes", "output_count")
@@ -72,11 +72,11 @@ def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbin
             continue
         wanted = _unsigned(_of_node(name, nodes), available)
         try:
-            found, missing = recordable([wanted], available)
+            channels, missing = recordable([wanted], available)
         except InputError as error:
-            found, missing = (), {wanted: f"OpenFAST 5 has it neither: {str(error).partition(': ')[2]}"}
+            channels, missing = (), {wanted: f"OpenFAST 5 has it neither: {str(error).partition(': ')[2]}"}
         where = f"{file.path.name}:{line}"
-        if found:
+        if channels:
             channel = find(wanted, available)
             chosen[channel.name] = None
             notes.append(ImportNote("used", where, name, f"channel {channel.name}"))
@@ -88,7 +88,7 @@ def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbin
 
 
 def requested(file: InputFile) -> Iterator[tuple[int, str]]:
-    """Line and name of each channel of a file's list of outputs; not of those for all nodes, which come second."""
+    """Line number and name of each channel of a file's output list, without the second list, that of all nodes."""
     inside = False
     for i, text in enumerate(file.lines, 1):
         bare = text.strip()
@@ -110,7 +110,7 @@ def requested(file: InputFile) -> Iterator[tuple[int, str]]:
 
 
 def _available(turbine: Turbine, blade_stations: int, tower_stations: int) -> dict[str, Channel]:
-    """Channels of the model of a deck, whose nodes are those of its blade file."""
+    """Channels of the model of a deck with the nodes of its blade file."""
     further: tuple[Channel, ...] = ()
     if turbine.platform is not None:
         further = channels_of_group("platform") + channels_of_group("line", len(turbine.platform.lines))
@@ -121,15 +121,15 @@ def _available(turbine: Turbine, blade_stations: int, tower_stations: int) -> di
 
 
 def _of_node(name: str, nodes: Sequence[int]) -> str:
-    """A channel of an output node by the number of the node."""
-    found = OF_NODE.fullmatch(name)
-    if found is None or not 1 <= int(found[2]) <= len(nodes):
+    """Channel name of an output node with the number of its node in the model."""
+    match = OF_NODE.fullmatch(name)
+    if match is None or not 1 <= int(match[2]) <= len(nodes):
         return name  # BeamDyn's nodes and those of members have other names
-    return f"AB{found[1]}N{nodes[int(found[2]) - 1]:03d}{found[3]}"
+    return f"AB{match[1]}N{nodes[int(match[2]) - 1]:03d}{match[3]}"
 
 
 def _unsigned(name: str, available: dict[str, Channel]) -> str:
-    """A name without the sign before it, if it is none with it."""
+    """A name without its leading sign, if it is no channel with it."""
     if name[0] in "-_":
         return name[1:]
     known = {other.lower() for channel in available.values() for other in channel.names}
@@ -137,12 +137,12 @@ def _unsigned(name: str, available: dict[str, Channel]) -> str:
 
 
 def _gages(v: Values, part: str, length: float) -> tuple[float, ...]:
-    """Positions [m] of the gages of ElastoDyn from the root of the blade, or from the tower's foot."""
+    """Positions [m] of ElastoDyn's gages from the blade root or from the tower base."""
     nodes = _first(v, f"{part}_gage_nodes", f"{part}_gages")
     many = v.given(f"{part}_elements", 0)
     return tuple((node - 0.5) / many * length for node in nodes if 1 <= node <= many)
 
 
 def _first(v: Values, target: str, count: str) -> tuple[int, ...]:
-    """As many of a list of nodes as another keyword says."""
+    """The first nodes of a list, as many as another keyword states."""
     return tuple(int(node) for node in v.given(target, ())[: max(v.given(count, 0), 0)])

@@ -1,9 +1,9 @@
-"""Parser of OpenFAST's input files: values by keyword, tables by the place of their columns.
+"""Parser of OpenFAST's input files: values by keyword, tables by the order of their columns.
 
 OpenFAST reads by position; versions differ in order, spelling and number of lines. Here a line is
-``value(s)  Keyword  - comment``, wherever it stands; brackets and case of keywords do not matter. A line ``@name`` or
-``@4-9 in name`` stands for a file, or for lines of it (``ReadComFile`` in NWTC_IO.f90). Tables are read as
-OpenFAST reads them: by the places of their columns, those of ElastoDyn's and AeroDyn's blades by their names.
+``value(s)  Keyword  - comment`` at any place; brackets and case of keywords do not matter. A line ``@name`` or
+``@4-9 in name`` includes a file, or lines of it (``ReadComFile`` in NWTC_IO.f90). Tables are read as in
+OpenFAST: by the order of their columns, those of ElastoDyn's and AeroDyn's blades by the names of their columns.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def key(name: str) -> str:
 
 def number(text: str) -> float | None:
     """A finite number in Fortran notation, or None."""
-    fortran = re.sub(r"(?<=[\d.])(?:[dDqQ]|(?=[+-]\d+$))(?=[+-]?\d)", "e", text)  # 1.5d3, and 1.5+3 is that too
+    fortran = re.sub(r"(?<=[\d.])(?:[dDqQ]|(?=[+-]\d+$))(?=[+-]?\d)", "e", text)  # 1.5d3, also written 1.5+3
     for spelled in (text, fortran):
         with suppress(ValueError):
             value = float(spelled)
@@ -58,18 +58,18 @@ def number(text: str) -> float | None:
 
 def flag(text: str) -> bool | None:
     """True or False as Fortran reads them, by the first letter after a point; 1 and 0 too; or None."""
-    found = re.match(r"\.?([tf])\w*\.?$|([01])$", text.strip("'\""), re.IGNORECASE)
-    return None if found is None else found[0].lstrip(".")[0].lower() in "t1"
+    match = re.match(r"\.?([tf])\w*\.?$|([01])$", text.strip("'\""), re.IGNORECASE)
+    return None if match is None else match[0].lstrip(".")[0].lower() in "t1"
 
 
 @dataclass(frozen=True)
-class Entry:
+class KeywordLine:
     """One line with a keyword.
 
     Attributes:
-      name: the keyword as it is spelled.
-      values: what stands before it.
-      line: its number, from 1.
+      name: the keyword as spelled in the file.
+      values: the words before it.
+      line: line number, from 1.
     """
 
     name: str
@@ -82,40 +82,40 @@ class InputFile:
     """A parsed file of a deck: keywords and lines.
 
     Attributes:
-      path: where it is.
-      module: for messages, e.g. ``"ElastoDyn"``.
-      lines: its text, with that of included files.
-      entries: keyword lines by key; a keyword that comes again, as in airfoil tables, has several.
-      origins: file and number of each line, if files are included.
+      path: path of the file.
+      module: name for messages, e.g. ``"ElastoDyn"``.
+      lines: its text, including that of included files.
+      entries: keyword lines by key; a repeated keyword, as in airfoil tables, has several.
+      origins: file and number of each line, if there are included files.
     """
 
     path: Path
     module: str
     lines: tuple[str, ...]
-    entries: dict[str, list[Entry]] = field(default_factory=dict)
+    entries: dict[str, list[KeywordLine]] = field(default_factory=dict)
     origins: tuple[tuple[Path, int], ...] = ()
 
     def at(self, line: int) -> str:
         """File and line for error messages."""
-        path, own = self.origins[line - 1] if self.origins and line else (self.path, line)
-        return f"{path}:{own}" if line else str(path)
+        path, line_number = self.origins[line - 1] if self.origins and line else (self.path, line)
+        return f"{path}:{line_number}" if line else str(path)
 
     def place(self, line: int) -> str:
         """Name of the file and line for notes."""
         return Path(self.at(line)).name
 
-    def find(self, *names: str) -> Entry | None:
+    def find(self, *names: str) -> KeywordLine | None:
         """The first line that has one of the keywords."""
         for name in names:
             if key(name) in self.entries:
                 return self.entries[key(name)][0]
         return None
 
-    def require(self, names: Sequence[str], what: str) -> Entry:
-        """Line of a keyword that must be there.
+    def require(self, names: Sequence[str], what: str) -> KeywordLine:
+        """Line of a required keyword.
 
         Raises:
-          InputError: the file has none; it names the closest keyword it has.
+          InputError: the keyword is missing; the message names the closest one.
         """
         entry = self.find(*names)
         if entry is not None:
@@ -129,18 +129,18 @@ class InputFile:
         )
 
     def table(
-        self, entry: Entry, wanted: Mapping[str, str], notes: list[ImportNote], optional: Sequence[str] = ()
+        self, entry: KeywordLine, wanted: Mapping[str, str], notes: list[ImportNote], optional: Sequence[str] = ()
     ) -> dict[str, Float]:
         """Columns of numbers by their names in the header, as OpenFAST reads the blades of ElastoDyn and AeroDyn.
 
         Args:
           entry: the line that says how many rows there are.
-          wanted: for each column its name in the header; the header is known by the first.
-          notes: gets a warning if the table goes on.
-          optional: columns that may be missing, and are left out then.
+          wanted: for each column its name in the header; the first one identifies the header.
+          notes: a warning is appended if the table continues.
+          optional: columns that may be missing and are then left out.
 
         Raises:
-          InputError: with file, line, and what was expected.
+          InputError: the table is not valid; the message has file, line and what was expected.
         """
         count, first = self.count(entry), next(iter(wanted.values()))
         at = next(
@@ -167,7 +167,7 @@ class InputFile:
 
     def placed(
         self,
-        entry: Entry,
+        entry: KeywordLine,
         layout: str,
         wanted: Mapping[str, str],
         notes: list[ImportNote],
@@ -175,18 +175,18 @@ class InputFile:
         after: int | None = None,
         skip: int = 0,
     ) -> dict[str, Float]:
-        """Columns of numbers by their places, as OpenFAST reads its other tables; names of the header are a check.
+        """Columns of numbers by their order, as OpenFAST reads its other tables; the header is only checked.
 
         Args:
           entry: the line that says how many rows there are.
           layout: names of the columns in the order in which OpenFAST reads them; a bar separates spellings.
           wanted: for each column its name in the layout.
-          notes: gets a warning if the header has something else at a place.
+          notes: a warning is appended if the header has another name in a column.
           after: the table follows this line; by default that of ``entry``.
           skip: lines between that line and the header.
 
         Raises:
-          InputError: with file, line, and what was expected.
+          InputError: the table is not valid; the message has file, line and what was expected.
         """
         header, rows, line = self.rows(entry, self.count(entry), entry.line if after is None else after, skip, notes)
         order = layout.split()
@@ -211,7 +211,7 @@ class InputFile:
 
     def rows(
         self,
-        entry: Entry,
+        entry: KeywordLine,
         count: int,
         after: int | None = None,
         skip: int = 0,
@@ -224,13 +224,13 @@ class InputFile:
 
         Args:
           entry: the line that says how many rows there are.
-          count: of rows.
+          count: number of rows.
           after: the table follows this line; by default that of ``entry``.
           skip: lines between that line and the header, such as the title of a section.
-          notes: gets a warning if more rows end the file, which OpenFAST does not read.
+          notes: a warning is appended if the file ends with more rows, which OpenFAST does not read.
 
         Raises:
-          InputError: there is no such table, or it has other rows.
+          InputError: the table is missing or malformed.
         """
         at = entry.line if after is None else after
         body = [(i, split(line)) for i, line in enumerate(self.lines[at:], at + 1) if is_content(line)][skip:]
@@ -256,25 +256,25 @@ class InputFile:
 
     def check_end(
         self,
-        entry: Entry,
+        entry: KeywordLine,
         count: int,
         rows: Sequence[tuple[int, list[str]]],
         width: int,
         notes: list[ImportNote] | None,
     ) -> None:
-        """Test that a table ends where its keyword says; rows that end the file are a warning.
+        """Check that a table ends where its keyword says; further rows at the end of the file are a warning.
 
-        Rows after a blank line or a comment are set aside, which is fine.
+        Rows after a blank line or a comment are ignored deliberately, without a warning.
 
         Args:
           entry: the line that says how many rows there are.
-          count: of rows.
+          count: number of rows.
           rows: numbers and words of the lines from the first row on.
           width: least number of words of a row.
-          notes: gets the warning; without it they are an error, too.
+          notes: the warning is appended; without notes the further rows are an error, too.
 
         Raises:
-          InputError: more rows follow, and then something else, which OpenFAST would not find.
+          InputError: more rows and then other content follow, which OpenFAST would misread.
         """
 
         def more(words: list[str]) -> bool:
@@ -291,7 +291,7 @@ class InputFile:
         what = f"{len(beyond)} line{'s' * (len(beyond) > 1)} beyond {entry.name} = {count}"
         notes.append(ImportNote("warning", self.place(first), what, "not read, as in OpenFAST"))
 
-    def count(self, entry: Entry) -> int:
+    def count(self, entry: KeywordLine) -> int:
         """Number of lines that a keyword gives.
 
         Raises:
@@ -315,15 +315,15 @@ class InputFile:
             return None
         parts = PureWindowsPath(bare).parts if "\\" in bare else Path(bare).parts
         path = self.path.parent.joinpath(*parts)
-        found = path if path.is_file() else any_case(self.path.parent, parts)
-        if found is None:
+        existing = path if path.is_file() else any_case(self.path.parent, parts)
+        if existing is None:
             folder = path.parent
             names = [p.name for p in folder.iterdir()] if folder.is_dir() else []
             near = closest(path.name, names, n=1)
             raise InputError(
                 f"{self.at(line)}: the file does not exist: {path}" + (f"; did you mean {near[0]!r}?" if near else "")
             )
-        return found
+        return existing
 
 
 def is_content(line: str) -> bool:
@@ -333,28 +333,28 @@ def is_content(line: str) -> bool:
 
 
 def begins_with_number(tokens: Sequence[str]) -> bool:
-    """Whether words are a row of a table."""
+    """Whether a line of words is a row of a table."""
     return bool(tokens) and number(tokens[0].strip("'\"")) is not None
 
 
 def check_header(
     where: str, header: Sequence[str], order: Sequence[str], places: Sequence[int], notes: list[ImportNote]
 ) -> None:
-    """Warn of columns whose names say that they are something else; other programs' spellings begin alike.
+    """Warn of columns whose header names contradict their order; alternative spellings share their beginning.
 
     Args:
       where: file and line of the table.
-      header: its words.
+      header: words of the header.
       order: names of the columns; a bar separates spellings.
-      places: of the columns that are read.
+      places: indices of the columns that are read.
     """
     spelled = [[re.sub(r"\W", "", word.lower()) for word in name.split("|")] for name in order]
     for place in places:
-        found = re.sub(r"\W", "", header[place].lower()) if place < len(header) else ""
-        own = spelled[place]
-        other = any(found in words for k, words in enumerate(spelled) if k != place and found not in own)
-        alike = any(found.startswith(word) or word.startswith(found) for word in own)
-        if found and (other or not alike):
+        title = re.sub(r"\W", "", header[place].lower()) if place < len(header) else ""
+        spellings = spelled[place]
+        other = any(title in words for k, words in enumerate(spelled) if k != place and title not in spellings)
+        alike = any(title.startswith(word) or word.startswith(title) for word in spellings)
+        if title and (other or not alike):
             what = f"column {place + 1} is headed {header[place]}"
             why = f"read as {order[place].split('|')[0]}: OpenFAST reads this table by position"
             if not any((n.where, n.what) == (where, what) for n in notes):
@@ -362,7 +362,7 @@ def check_header(
 
 
 def any_case(folder: Path, parts: Sequence[str]) -> Path | None:
-    """The file with this name regardless of case, which depends on the operating system."""
+    """The file with this name regardless of case."""
     for part in parts:
         if part in (".", "..") or (folder / part).exists():
             folder = folder / part
@@ -390,8 +390,8 @@ def read_input(path: Path, module: str) -> InputFile:
     """
     known = _lines(path, module)
     lines = tuple(line for *_, line in known)
-    origins = tuple((own, i) for own, i, _ in known) if any(own != path for own, *_ in known) else ()
-    entries: dict[str, list[Entry]] = {}
+    origins = tuple((origin, i) for origin, i, _ in known) if any(origin != path for origin, *_ in known) else ()
+    entries: dict[str, list[KeywordLine]] = {}
     in_list = False
     titled = bool(lines) and lines[0].lstrip().startswith("--")
     for i, line in enumerate(lines):
@@ -416,7 +416,7 @@ def read_input(path: Path, module: str) -> InputFile:
 
 
 def _lines(path: Path, module: str, within: tuple[Path, ...] = ()) -> list[tuple[Path, int, str]]:
-    """Lines of a file with their files and numbers; lines of included files, which are relative to it, in their place.
+    """Lines of a file with their files and numbers, included files (with relative paths) in place.
 
     Raises:
       InputError: a file is not there, is not text, or includes itself.
@@ -428,19 +428,19 @@ def _lines(path: Path, module: str, within: tuple[Path, ...] = ()) -> list[tuple
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         text = raw.decode("latin-1")
-    found: list[tuple[Path, int, str]] = []
+    lines: list[tuple[Path, int, str]] = []
     for i, line in enumerate(text.splitlines(), 1):
         named = INCLUDE.match(line) if module not in POSITIONAL else None
-        if named is None or "numcoords" in line.lower():  # the shape of an airfoil, which nothing needs
-            found.append((path, i, line))
+        if named is None or "numcoords" in line.lower():  # coordinates of an airfoil, which are not used
+            lines.append((path, i, line))
             continue
         name = next(filter(None, named.groups()[2:])).strip()
         other = InputFile(path, module, ()).file(name, i)
         if other is None or other in (path, *within) or len(within) > DEEPEST:
             raise InputError(f"{path}:{i}: {name} cannot be included here")
         begin, end = int(named[1] or 1), int((named[2] or "0").strip("- "))
-        found += _lines(other, module, (*within, path))[begin - 1 : end or None]
-    return found
+        lines += _lines(other, module, (*within, path))[begin - 1 : end or None]
+    return lines
 
 
 def _is_header(tokens: list[str]) -> bool:
@@ -449,7 +449,7 @@ def _is_header(tokens: list[str]) -> bool:
     return first not in WORDS and len(tokens) > 2 and all(_NAME.match(t) and number(t) is None for t in tokens[:3])
 
 
-def _entry(tokens: list[str], line: int) -> Entry | None:
+def _entry(tokens: list[str], line: int) -> KeywordLine | None:
     """Leading values, then the keyword: the first word that is neither number nor quoted nor the first."""
     values: list[str] = []
     for token in tokens:
@@ -457,7 +457,7 @@ def _entry(tokens: list[str], line: int) -> Entry | None:
         if not word or word == "-":
             continue
         if values and _NAME.match(word) and number(word) is None:
-            return Entry(word, tuple(values), line)
+            return KeywordLine(word, tuple(values), line)
         if not values or number(token) is not None or token[0] in "\"'":
             values.append(token.strip("\"'") if token[0] in "\"'" else token)
             continue

@@ -9,9 +9,9 @@ import numpy as np
 
 import meltemi.exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.exchange.openfast.text import Entry, Float, InputFile, number, read_input
+from meltemi.exchange.openfast.text import Float, InputFile, KeywordLine, number, read_input
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.openfast.water import Water
+from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.pile import pile_foundation
 from meltemi.exchange.report import ImportNote
 from meltemi.turbine.definition import Foundation
@@ -30,13 +30,13 @@ SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
 
 
 def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict[str, Any]:
-    """Read the ElastoDyn tower, without its diameter.
+    """Read the ElastoDyn tower, except its diameter.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
-    own = Values(notes)
-    own.read(file)
+    v = Values(notes)
+    v.read(file)
     entry = file.require(["NTwInpSt"], "number of stations")
     wanted = {
         "position": "HtFract",
@@ -45,23 +45,23 @@ def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict
         "side_side_stiffness": "TwSSStif",
     }
     below = max((e.line for e in map(file.find, ADJUSTED) if e is not None), default=entry.line)
-    found = file.placed(entry, columns.TOWER, wanted, notes, after=below, skip=1)
+    sections = file.placed(entry, columns.TOWER, wanted, notes, after=below, skip=1)
     length = values["tower_top"] - values["tower.base_height"]
     if not length > 0.0:
         raise InputError(f"{values.source['tower_top']}: TowerHt must be above TowerBsHt")
-    position = found["position"] * length
+    position = sections["position"] * length
     for axis, what in (("fore_aft", "fore-aft"), ("side_side", "side-to-side")):
         for target, mode in ((f"{axis}_tuner", 1), (f"{axis}_tuner_2", 2)):
             why = f"tuning of {what} mode {mode}: modes follow from the stiffness"
-            own.differs("ignored", 1.0, **{target: why})
+            v.differs("ignored", 1.0, **{target: why})
         first = f"{axis}_damping"
-        own.like(f"{first}_2", first, f"both modes have that of the first, {own[first]:g}")
+        v.use_other(f"{first}_2", first, f"both modes have that of the first, {v[first]:g}")
     return {
         "position": position,
-        "mass": found["mass"] * own.given("mass_factor", 1.0),
-        "fore_aft_stiffness": found["fore_aft_stiffness"] * own.given("fore_aft_factor", 1.0),
-        "side_side_stiffness": found["side_side_stiffness"] * own.given("side_side_factor", 1.0),
-        "damping": {"fore_aft": own["fore_aft_damping"], "side_side": own["side_side_damping"]},
+        "mass": sections["mass"] * v.given("mass_factor", 1.0),
+        "fore_aft_stiffness": sections["fore_aft_stiffness"] * v.given("fore_aft_factor", 1.0),
+        "side_side_stiffness": sections["side_side_stiffness"] * v.given("side_side_factor", 1.0),
+        "damping": {"fore_aft": v["fore_aft_damping"], "side_side": v["side_side_damping"]},
         "mode_shapes": shapes(file, {"fore_aft": ("TwFAM1Sh", "TwFAM2Sh"), "side_side": ("TwSSM1Sh", "TwSSM2Sh")}),
         "base_height": values["tower.base_height"],
         "source": file.path.name,
@@ -70,7 +70,7 @@ def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict
 
 def shapes(file: InputFile, wanted: dict[str, tuple[str, ...]]) -> dict[str, Any] | None:
     """Mode shape coefficients, if the file contains all of them."""
-    found: dict[str, Any] = {}
+    coefficients: dict[str, Any] = {}
     for kind, modes in wanted.items():
         polynomials = []
         for mode in modes:
@@ -78,11 +78,11 @@ def shapes(file: InputFile, wanted: dict[str, tuple[str, ...]]) -> dict[str, Any
             if any(entry is None for entry in entries):
                 return None
             polynomials.append(tuple(_coefficient(file, entry) for entry in entries if entry is not None))
-        found[kind] = tuple(polynomials)
-    return found
+        coefficients[kind] = tuple(polynomials)
+    return coefficients
 
 
-def _coefficient(file: InputFile, entry: Entry) -> float:
+def _coefficient(file: InputFile, entry: KeywordLine) -> float:
     value = number(entry.values[0])
     if value is None:
         raise InputError(f"{file.at(entry.line)}: {entry.name}: expected a number, found {entry.values[0]!r}")
@@ -93,7 +93,7 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
     """Add tower diameter and drag from the AeroDyn file, or estimate the diameter from stiffness over mass.
 
     Raises:
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     entry = aero.find("NumTwrNds")
     count = aero.count(entry) if entry is not None else 0
@@ -123,11 +123,12 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
 
 
 def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
-    """Height [m] and section of an upright pile at both ends of each member, upwards: z, d, t, E, G, density.
+    """Height [m] and section of an upright pile at both ends of each member, from bottom to top: z, d, t, E, G,
+    density.
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
     wanted = {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"}
     joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, wanted, notes)
@@ -160,10 +161,10 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
             stations.append((joint_height[int(joint)], which[int(prop)]))
     stations.sort()
     k = np.array([s[1] for s in stations])
-    found = {name: values[k] for name, values in sets.items() if name != "id"}
-    if np.any(2.0 * found["t"] > found["d"]):
+    stations_by_name = {name: values[k] for name, values in sets.items() if name != "id"}
+    if np.any(2.0 * stations_by_name["t"] > stations_by_name["d"]):
         raise InputError(f"{file.path}: a wall thickness XsecT is more than half of its diameter XsecD")
-    return {"z": np.array([s[0] for s in stations])} | found
+    return {"z": np.array([s[0] for s in stations])} | stations_by_name
 
 
 def _subdyn(
@@ -177,15 +178,15 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
-    own = Values(notes)
-    own.read(file)
-    _held(own)
-    own.differs("ignored", 0, guyan_damping="springs have no damping", lumped_masses="see foundation.mass")
-    own.unneeded("of GuyanDampMod 1", "rayleigh")
+    v = Values(notes)
+    v.read(file)
+    _note_pile_ends(v)
+    v.differs("ignored", 0, guyan_damping="springs have no damping", lumped_masses="see foundation.mass")
+    v.unneeded("of GuyanDampMod 1", "rayleigh")
     name, at = file.path.name, _stations(file, notes)
-    z = at["z"] + 1e-6 * np.arange(len(at["z"]))  # members that meet have two values there
+    z = at["z"] + 1e-6 * np.arange(len(at["z"]))  # adjacent members have two values at their joint
     d, E, G = at["d"], at["E"], at["G"]
     inner = d - 2.0 * at["t"]
     area, second_moment = 0.25 * math.pi * (d**2 - inner**2), math.pi / 64.0 * (d**4 - inner**4)
@@ -202,27 +203,27 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
     return pile
 
 
-def _held(own: Values) -> None:
+def _note_pile_ends(v: Values) -> None:
     """Notes on the ends of a pile."""
     for target, why in (
         ("reactions", "the pile is held at its lowest joint"),
-        ("interfaces", "the tower stands on the highest joint"),
+        ("interfaces", "the tower base is the highest joint"),
     ):
-        own.note("equivalent" if own[target] == 1 else "approximated", target, why)
+        v.note("equivalent" if v[target] == 1 else "approximated", target, why)
 
 
-def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
+def read_support(file: InputFile, v: Values, water: DeckWater, notes: list[ImportNote]) -> dict[str, Any]:
     """Read an upright pile of SubDyn that stands in the water of HydroDyn, as keys of ``Support``.
 
-    ``rayleigh`` is not one of them: factors [1/s] of mass and [s] of stiffness, instead of a damping ratio.
+    An additional key is ``rayleigh``: factors [1/s] of mass and [s] of stiffness, instead of a damping ratio.
 
     Raises:
       UnsupportedError: the structure is not one upright pile of one material, or its water is not modelled.
-      InputError: with file and line.
+      InputError: the file is not valid; the message has file and line.
     """
-    own = Values(notes)
-    own.read(file)
-    _held(own)
+    subdyn = Values(notes)
+    subdyn.read(file)
+    _note_pile_ends(subdyn)
     at = _stations(file, notes)
     for name, what in (("E", "YoungE"), ("G", "ShearG"), ("density", "MatDens")):
         if np.ptp(at[name]) > 1e-6 * at[name][0]:
@@ -231,7 +232,7 @@ def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNot
     keep = [0]
     for i in range(1, len(z)):
         same = d[i] == d[keep[-1]] and t[i] == t[keep[-1]]
-        if z[i] <= z[keep[-1]]:  # members that meet have two values there, which a steep cone joins
+        if z[i] <= z[keep[-1]]:  # adjacent members have two values at their joint, which a steep cone joins
             if same:
                 continue
             z[i] = z[keep[-1]] + 1e-3
@@ -239,44 +240,44 @@ def read_support(file: InputFile, v: Values, water: Water, notes: list[ImportNot
             keep[-1] = i
         else:
             keep.append(i)
-    found: dict[str, Any] = {"position": z[keep], "diameter": d[keep], "thickness": t[keep], "source": file.path.name}
-    found |= {"elastic_modulus": at["E"][0], "shear_modulus": at["G"][0], "density": at["density"][0]}
+    support: dict[str, Any] = {"position": z[keep], "diameter": d[keep], "thickness": t[keep], "source": file.path.name}
+    support |= {"elastic_modulus": at["E"][0], "shear_modulus": at["G"][0], "density": at["density"][0]}
     masses: list[tuple[float, ...]] = []
-    if own.given("lumped_masses", 0):
+    if subdyn.given("lumped_masses", 0):
         wanted = {"id": "CMJointID", "m": "JMass", "x": "JMXX", "z": "JMZZ"}
         lumps = _subdyn(file, "NCmass", columns.SUB_MASSES, wanted, notes)
         joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, {"id": "JointID", "z": "JointZss"}, notes)
         heights = dict(zip(joints["id"], joints["z"], strict=True))
-        masses = [(heights.get(joint, z[0]), *own) for joint, *own in zip(*lumps.values(), strict=True)]
+        masses = [(heights.get(joint, z[0]), *subdyn) for joint, *subdyn in zip(*lumps.values(), strict=True)]
     about = v.given("platform_inertia_R", 0.0)
     masses.append((z[-1], v.given("platform_mass", 0.0), about, 2.0 * about))
-    found["masses"] = [
+    support["masses"] = [
         {"height": h, "mass": m, "inertia": max(x, 0.0)} | ({} if twist == 2.0 * x else {"yaw_inertia": twist})
         for h, m, x, twist in masses
         if m > 0.0 and h > z[0] + 0.5
     ]
-    if own.given("guyan_damping", 0) == 1:
-        found["rayleigh"] = own.given("rayleigh", [])
-        if len(found["rayleigh"]) != 2:
+    if subdyn.given("guyan_damping", 0) == 1:
+        support["rayleigh"] = subdyn.given("rayleigh", [])
+        if len(support["rayleigh"]) != 2:
             raise InputError(f"{file.path}: RayleighDamp: expected factors of mass and stiffness, as GuyanDampMod is 1")
     else:
-        own.unneeded("of GuyanDampMod 1", "rayleigh")
-        own.differs("ignored", 0, guyan_damping="the pile has the damping of the tower's modes; see support.damping")
+        subdyn.unneeded("of GuyanDampMod 1", "rayleigh")
+        subdyn.differs("ignored", 0, guyan_damping="the pile has the damping of the tower's modes; see support.damping")
     if not v.given("platform_mass", 0.0):
         v.unneeded("of PtfmMass", *(f"platform_{name}" for name in LUMP))
     else:
         top = v.given("platform_centre_z", z[-1])
         why = f"the mass is at the top of the pile, {z[-1]:g} m"
         v.note("equivalent" if abs(top - z[-1]) < 1e-6 else "approximated", "platform_centre_z", why)
-        v.like("platform_inertia_P", "platform_inertia_R", "that of PtfmRIner")
+        v.use_other("platform_inertia_P", "platform_inertia_R", "that of PtfmRIner")
         axis = "the mass is on the axis of the pile"
         v.differs("ignored", 0.0, platform_centre_x=axis, platform_centre_y=axis)
         v.differs("ignored", 0.0, platform_inertia_Y="about the pile's axis")
-    return found | water.hydrodynamics(z[keep])
+    return support | water.hydrodynamics(z[keep])
 
 
-def read_substructure(main: InputFile, values: Values, water: Water, notes: list[ImportNote]) -> dict[str, Any]:
-    """Read what is below the tower from SubDyn: ``support`` in water, else ``foundation``."""
+def read_substructure(main: InputFile, values: Values, water: DeckWater, notes: list[ImportNote]) -> dict[str, Any]:
+    """Read the substructure from SubDyn: ``support`` in water, otherwise ``foundation``."""
     path = values.file(main, "sub")
     if path is None:
         raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")
@@ -285,7 +286,7 @@ def read_substructure(main: InputFile, values: Values, water: Water, notes: list
         lump = "the pile is springs and the mass of its steel"
         values.differs("ignored", 0.0, **{f"platform_{name}": lump for name in ("mass", *LUMP)})
         return {"foundation": read_pile(file, notes)}
-    found = {"support": read_support(file, values, water, notes)}
+    content = {"support": read_support(file, values, water, notes)}
     foot = file.find("NReact")
     line, row = file.rows(foot, 1)[1][0] if foot is not None and file.count(foot) else (0, [])
     fixed = sum(number(word) == 1.0 for word in row[1:7])
@@ -294,18 +295,18 @@ def read_substructure(main: InputFile, values: Values, water: Water, notes: list
         if row and fixed < 6:
             why = "the foot of the pile is clamped; springs of an SSI file need all six directions free"
             notes.append(ImportNote("warning", f"{file.path.name}:{line}", f"{fixed} of 6 directions are fixed", why))
-        return found
+        return content
     notes.append(ImportNote("used", springs.name, "springs and mass under the pile", "foundation"))
-    return found | {"foundation": _springs(read_input(springs, "SSI"))}
+    return content | {"foundation": _springs(read_input(springs, "SSI"))}
 
 
 def _springs(file: InputFile) -> dict[str, Any]:
-    """Springs and mass under the foot of a pile, from the upper triangles of SubDyn's file."""
-    found: dict[str, Any] = {"source": file.path.name}
+    """Springs and mass at the foot of a pile, from the upper triangles in SubDyn's file."""
+    springs: dict[str, Any] = {"source": file.path.name}
     for letter, kind in (("K", "stiffness"), ("M", "mass")):
         value = np.zeros((6, 6))
         for i, j in zip(*np.triu_indices(6), strict=True):
             if (entry := file.find(f"{letter}{SPRINGS[i]}{SPRINGS[j]}")) is not None:
                 value[i, j] = value[j, i] = _coefficient(file, entry)
-        found[kind] = value
-    return found
+        springs[kind] = value
+    return springs

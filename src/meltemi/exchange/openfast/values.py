@@ -1,4 +1,4 @@
-"""Values of a deck by the table of keywords, in SI units, with a note on every keyword."""
+"""Values of a deck in SI units according to the table of keywords, with a note on every keyword."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from meltemi.core.errors import InputError
-from meltemi.exchange.openfast.keywords import ROWS, UNITS, Row, row_of
-from meltemi.exchange.openfast.text import Entry, InputFile, flag, number
+from meltemi.exchange.openfast.keywords import ROWS, UNITS, KeywordRow, row_of
+from meltemi.exchange.openfast.text import InputFile, KeywordLine, flag, number
 from meltemi.exchange.report import ImportNote, Kind
 
 EXPECTED = {
@@ -25,7 +25,7 @@ EXPECTED = {
 class Values:
     """Values of a deck by target, with their sources and notes.
 
-    ``values["name"]`` is None where the deck says "default" or nothing.
+    ``values["name"]`` is None where the deck says "default" or has no value.
     """
 
     def __init__(self, notes: list[ImportNote]) -> None:
@@ -54,18 +54,18 @@ class Values:
         """Add the values of a file, with a note on every keyword.
 
         Raises:
-          InputError: a keyword is missing or its value is not what it should be.
+          InputError: a keyword is missing or its value is invalid.
         """
-        taken: set[int] = set()
+        used_lines: set[int] = set()
         for row in ROWS[file.module]:
             if not row.target:
                 continue
             entry = file.find(*row.names)
             if entry is None and not row.optional:
-                entry = file.require(row.names, _what(row))
+                entry = file.require(row.names, _description_of(row))
             if entry is None:
                 continue
-            taken.add(entry.line)
+            used_lines.add(entry.line)
             value = convert(file, entry, row)
             self.data[row.target] = value
             self._line[row.target] = entry.line
@@ -77,23 +77,23 @@ class Values:
                 )
             else:
                 why = row.target if not row.remark else f"{row.target}: {row.remark}"
-                kind: Kind = "equivalent" if self._same(file, entry, row) else "used"
+                kind: Kind = "equivalent" if self._is_equivalent(file, entry, row) else "used"
                 self.notes.append(ImportNote(kind, file.place(entry.line), f"{entry.name} = {shown}", why))
         for entries in file.entries.values():
             for entry in entries:
-                if entry.line in taken:
+                if entry.line in used_lines:
                     continue
-                found = row_of(file.module, entry.name)
-                if found is None or found.target:
+                known = row_of(file.module, entry.name)
+                if known is None or known.target:
                     continue
                 what = f"{entry.name} = {' '.join(entry.values)[:60]}"
-                kind = "not needed" if not found.same else "ignored"
-                if self._same(file, entry, found):
+                kind = "not needed" if not known.same else "ignored"
+                if self._is_equivalent(file, entry, known):
                     kind = "equivalent"
-                self.notes.append(ImportNote(kind, file.place(entry.line), what, found.remark))
+                self.notes.append(ImportNote(kind, file.place(entry.line), what, known.remark))
         return file
 
-    def _same(self, file: InputFile, entry: Entry, row: Row) -> bool:
+    def _is_equivalent(self, file: InputFile, entry: KeywordLine, row: KeywordRow) -> bool:
         """Whether a value is equivalent to the behaviour of the model."""
         value = entry.values[0].lower()
         if row.same == "blade 1":
@@ -102,17 +102,17 @@ class Values:
         if row.same == ">TMax":
             return (number(value) or 0.0) >= self.given("duration", math.inf)
         words = row.same.lower().split()
-        meant = {one(word) for word in words for one in (flag, number)} - {None}
-        return value in words or bool({flag(value), number(value)} & meant)
+        equivalent = {one(word) for word in words for one in (flag, number)} - {None}
+        return value in words or bool({flag(value), number(value)} & equivalent)
 
     def differs(self, kind: Kind, usual: object, **reasons: str) -> None:
-        """Add notes, with their reasons, on those values that the deck gives and that are not the usual one."""
+        """Add notes, with reasons, on values of the deck that differ from the usual one."""
         for target, why in reasons.items():
             if self.given(target, usual) != usual:
                 self.note(kind, target, why)
 
-    def like(self, target: str, first: str, why: str) -> None:
-        """Replace the note on a value for which the model takes that of another target."""
+    def use_other(self, target: str, first: str, why: str) -> None:
+        """Replace the note on a value in whose place the model uses that of another target."""
         if target in self.source:
             equal = self.given(target, self[first]) == self[first]
             self.note("equivalent" if equal else "approximated", target, why)
@@ -127,22 +127,22 @@ class Values:
         """The file named by a value, or None for "unused".
 
         Raises:
-          InputError: it is not there.
+          InputError: the file does not exist.
         """
         text = self.data.get(target)
         return None if text is None else file.file(text, self._line.get(target, 0))
 
 
-def _what(row: Row) -> str:
+def _description_of(row: KeywordRow) -> str:
     unit = f" in {row.unit}" if row.unit else ""
     return f"expected {EXPECTED.get(row.kind, 'a value')}{unit}, for {row.target}"
 
 
-def convert(file: InputFile, entry: Entry, row: Row) -> Any:
-    """The value of a line in SI; None for "default" where that is allowed.
+def convert(file: InputFile, entry: KeywordLine, row: KeywordRow) -> Any:
+    """The value of a line in SI units; None for "default" where that is allowed.
 
     Raises:
-      InputError: it is not what the table expects.
+      InputError: the value is not of the expected kind.
     """
     text = entry.values[0]
     if row.optional and text.strip("\"'").lower() == "default":
@@ -151,18 +151,18 @@ def convert(file: InputFile, entry: Entry, row: Row) -> Any:
         return text
     if row.kind == "file":
         if file.file(text, entry.line) is None:
-            raise InputError(f"{file.at(entry.line)}: {entry.name}: {_what(row)}, found {text!r}")
+            raise InputError(f"{file.at(entry.line)}: {entry.name}: {_description_of(row)}, found {text!r}")
         return text
     if row.kind == "flag":
-        if (found := flag(text)) is None:
-            raise InputError(f"{file.at(entry.line)}: {entry.name}: {_what(row)}, found {text!r}")
-        return found
+        if (truth := flag(text)) is None:
+            raise InputError(f"{file.at(entry.line)}: {entry.name}: {_description_of(row)}, found {text!r}")
+        return truth
     numbers = [number(value) for value in (entry.values if row.kind == "list" else entry.values[:1])]
     bad = next((t for t, x in zip(entry.values, numbers, strict=False) if x is None or x != x or abs(x) > 1e30), None)
     if row.kind == "int" and bad is None and numbers[0] != int(numbers[0] or 0.0):
         bad = text
     if bad is not None:
-        raise InputError(f"{file.at(entry.line)}: {entry.name}: {_what(row)}, found {bad!r}")
+        raise InputError(f"{file.at(entry.line)}: {entry.name}: {_description_of(row)}, found {bad!r}")
     if row.kind == "int":
         return int(numbers[0] or 0.0)
     factor = UNITS[row.unit] * (-1.0 if row.turned else 1.0)

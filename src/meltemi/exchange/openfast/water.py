@@ -1,7 +1,7 @@
 """SeaState and HydroDyn of a deck: sea, hydrodynamics of a pile, platform in potential flow.
 
-Decks before version 4 have the waves in HydroDyn. OpenFAST counts directions counter-clockwise, its seeds are those of
-other random numbers.
+Decks before version 4 have the waves in HydroDyn. OpenFAST counts directions counter-clockwise; its seeds belong to
+another random number generator.
 """
 
 from __future__ import annotations
@@ -45,13 +45,13 @@ FULL_DRIFT = 12
 """WAMIT's file of difference-frequency forces that is read (.12d)."""
 
 
-class Water:
-    """Water of a deck.
+class DeckWater:
+    """Sea and hydrodynamics of a deck.
 
     Attributes:
-      v: values of SeaState and HydroDyn, those of the main file where they say "default".
-      file: HydroDyn's; None without.
-      notes: of the import.
+      v: values of SeaState and HydroDyn, with those of the main file where they say "default".
+      file: HydroDyn file; None without.
+      notes: notes of the import.
     """
 
     def __init__(self, main: InputFile, values: Values, notes: list[ImportNote]) -> None:
@@ -75,50 +75,52 @@ class Water:
         """The ``sea`` of a case file."""
         v = self.v
         kind = str(v.given("waves", "0")).upper()
-        found: dict[str, Any] = {"kind": "still"}
+        sea: dict[str, Any] = {"kind": "still"}
         direction = v.given("direction", 0.0)
         if kind.startswith("1"):
-            found = {"kind": "regular", "height": v["height"], "period": v["period"], "direction": direction}
+            sea = {"kind": "regular", "height": v["height"], "period": v["period"], "direction": direction}
             if kind[1:2] == "P" and (phase := number(kind[2:])) is not None:
-                found["phase"] = float(np.radians((phase + 180.0) % 360.0 - 180.0))
+                sea["phase"] = float(np.radians((phase + 180.0) % 360.0 - 180.0))
         elif kind in ("2", "3"):
-            found = {"kind": "irregular", "height": v["height"], "direction": direction}
-            found |= {"spectrum": "jonswap", "period": v["period"]} if kind == "2" else {"spectrum": "white"}
+            sea = {"kind": "irregular", "height": v["height"], "direction": direction}
+            sea |= {"spectrum": "jonswap", "period": v["period"]} if kind == "2" else {"spectrum": "white"}
             if kind == "2" and v["peak_factor"] is not None:
-                found["peak_factor"] = v["peak_factor"]
+                sea["peak_factor"] = v["peak_factor"]
             if v["highest"]:
-                found["frequencies"] = [v.given("lowest", 0.0), v["highest"]]
-            found |= {"repeat": max(v.given("repeat", 3600.0), 10.1), "seed": abs(int(v.given("seed", 1)))}
-            found["amplitudes"] = "gaussian" if v.given("gaussian", True) else "random phase"
+                sea["frequencies"] = [v.given("lowest", 0.0), v["highest"]]
+            sea |= {"repeat": max(v.given("repeat", 3600.0), 10.1), "seed": abs(int(v.given("seed", 1)))}
+            sea["amplitudes"] = "gaussian" if v.given("gaussian", True) else "random phase"
             v.note("approximated", "seed", "a sea of the same spectrum, from other random numbers")
             if v.given("spread", 0):
-                found["spreading"] = {"exponent": v.given("spread_exponent", 1.0), "width": v["spread_range"]}
-                found["spreading"]["directions"] = int(v.given("spread_directions", 25)) | 1  # an odd number there
-                if found["spreading"]["directions"] == 1 or not v["spread_range"]:
-                    del found["spreading"]
+                sea["spreading"] = {"exponent": v.given("spread_exponent", 1.0), "width": v["spread_range"]}
+                sea["spreading"]["directions"] = (
+                    int(v.given("spread_directions", 25)) | 1
+                )  # OpenFAST uses an odd number
+                if sea["spreading"]["directions"] == 1 or not v["spread_range"]:
+                    del sea["spreading"]
             if (crest := v.given("crest", 0)) in (1, 2):
                 height = v["crest_height"] * (0.5 if crest == 1 else 1.0)
                 of = "crest" if crest == 1 else "crest to trough"
-                found["crest"] = {"height": height, "of": of, "time": v.given("crest_time", 0.0)}
+                sea["crest"] = {"height": height, "of": of, "time": v.given("crest_time", 0.0)}
         elif kind == "7":
-            found = self._waves()
+            sea = self._waves()
         elif kind != "0":
             v.note("ignored", "waves", "waves of files are not read; give the case a sea of kind components, elevation")
         every = {name: None for names in OF_WAVES.values() for name in names}
         v.unneeded("of waves of another WaveMod", *(n for n in every if n not in OF_WAVES.get(kind[:1], ())))
         if kind in ("2", "3"):
-            self._unneeded_of_irregular(found)
-        found["stretching"] = STRETCHINGS[v.given("stretching", 0) % 4]
+            self._unneeded_of_irregular(sea)
+        sea["stretching"] = STRETCHINGS[v.given("stretching", 0) % 4]
         if v.given("level", 0.0):
-            found["level"] = v["level"]
+            sea["level"] = v["level"]
         parts = ("sub_surface", "near_surface", "uniform")
         if v.given("current", 0) == 1:
-            found["current"] = self._current(direction, parts)
+            sea["current"] = self._current(direction, parts)
         else:
             v.unneeded("of CurrMod 1", *parts, *(f"{name}_direction" for name in parts), "reference_depth")
         if v.given("current", 0) not in (0, 1):
             v.note("ignored", "current", "the current of a user's routine; give the case a current")
-        return found
+        return sea
 
     def _unneeded_of_irregular(self, sea: dict[str, Any]) -> None:
         v = self.v
@@ -130,7 +132,7 @@ class Water:
             v.unneeded("of ConstWaveMod 1 and 2", "crest_height", "crest_time")
 
     def _waves(self) -> dict[str, Any]:
-        """Waves one by one: frequency [rad/s], height [m], direction [deg], phase [deg], or the .SEA format."""
+        """Single waves: frequency [rad/s], height [m], direction [deg], phase [deg], or the .SEA format."""
         path = self.sea_file.file(str(self.v["wave_file"]), 0) if self.sea_file is not None else None
         if path is None:
             raise InputError(f"{self.sea_file and self.sea_file.path}: WaveMod 7: WvKinFile names no file")
@@ -144,33 +146,33 @@ class Water:
         (w, height, direction), phase = rows.T[:3], np.radians((rows[:, 3] + 180.0) % 360.0 - 180.0)
         direction = -np.radians(direction) + 0.0
         if len(rows) == 1:
-            found = {"kind": "regular", "height": height[0], "period": 2.0 * np.pi / w[0], "phase": phase[0]}
-            return found | {"direction": direction[0]}
+            sea = {"kind": "regular", "height": height[0], "period": 2.0 * np.pi / w[0], "phase": phase[0]}
+            return sea | {"direction": direction[0]}
         one = float(direction[0]) if np.ptp(direction) == 0.0 else direction
         return {"kind": "components", "frequency": w, "amplitude": 0.5 * height, "phase": phase, "direction": one}
 
     def _current(self, waves: float, parts: tuple[str, ...]) -> dict[str, Any]:
         v = self.v
         flows = {name: v.given(f"{name}_direction", waves) for name in parts if v.given(name, 0.0)}
-        found = {name: v[name] for name in flows}
+        current = {name: v[name] for name in flows}
         if "near_surface" in flows:
-            found["reference_depth"] = v["reference_depth"]
+            current["reference_depth"] = v["reference_depth"]
         if flows:
-            found["direction"] = next(iter(flows.values()))
+            current["direction"] = next(iter(flows.values()))
         others = [name for name in parts if name not in list(flows)[:1]]
         v.unneeded("of a part without speed", *(f"{name}_direction" for name in others if name not in flows))
         if "near_surface" not in flows:
             v.unneeded("of CurrNSV0", "reference_depth")
         for name in list(flows)[1:]:
-            differs = flows[name] != found["direction"]
+            differs = flows[name] != current["direction"]
             why = f"all parts flow along that of {next(iter(flows))}"
             v.note("approximated" if differs else "equivalent", f"{name}_direction", why)
         if len(set(flows.values())) > 1:
             v.note("approximated", "current", f"all parts flow along that of {next(iter(flows))}")
-        return found
+        return current
 
     def matrix(self, name: str) -> Float | None:
-        """(6, 6) of HydroDyn that ends its first line with a keyword; None if all are zero.
+        """(6, 6) matrix of HydroDyn whose first line ends with a keyword; None if it is zero.
 
         Raises:
           InputError: its lines do not have six numbers.
@@ -183,10 +185,10 @@ class Water:
         rows = [[number(text) for text in split(line)[:6]] for line in lines]
         if len(rows) < 6 or any(len(row) < 6 or None in row for row in rows):
             raise InputError(f"{self.file.at(entry.line)}: {name}: expected six lines of six numbers (one body)")
-        found, where = np.array(rows, dtype=np.float64), f"{self.file.path.name}:{entry.line}"
+        matrix, where = np.array(rows, dtype=np.float64), f"{self.file.path.name}:{entry.line}"
         self.notes[:] = [note for note in self.notes if note.where != where]
-        self.notes.append(ImportNote("used" if found.any() else "equivalent", where, f"{name}, 6 x 6", "platform"))
-        return found if found.any() else None
+        self.notes.append(ImportNote("used" if matrix.any() else "equivalent", where, f"{name}, 6 x 6", "platform"))
+        return matrix if matrix.any() else None
 
     def table(self, count: str, layout: str, wanted: dict[str, str]) -> dict[str, Float]:
         """Columns of a table of HydroDyn."""
@@ -194,13 +196,13 @@ class Water:
         return hydro_table(self.file, count, layout, wanted, self.notes)
 
     def hydrodynamics(self, height: Float) -> dict[str, Any]:
-        """What a pile with stations at heights (S,) [m] has from the water, as keys of ``Support``.
+        """Hydrodynamic properties of a pile with stations at heights (S,) [m], as keys of ``Support``.
 
         Raises:
-          InputError, UnsupportedError: members that do not stand upright, coefficients by member.
+          InputError, UnsupportedError: inclined members, coefficients by member.
         """
         v, file = self.v, self.file
-        found: dict[str, Any] = {"depth": v["depth"], "water_density": v.given("water_density", 1025.0)}
+        content: dict[str, Any] = {"depth": v["depth"], "water_density": v.given("water_density", 1025.0)}
         if v["depth"] is None or file is None:
             raise InputError("WtrDpth: the depth of the water is needed, in the main file or in SeaState")
         v.unneeded("of PotMod 1", *POTENTIAL)
@@ -229,18 +231,18 @@ class Water:
             raise UnsupportedError(f"{file.path}: MCoefMod {model}: coefficients are read by depth or for all (2, 1)")
         if large or v.given("diffraction_radius", 0.0) > 0.0:
             water["diffraction"] = "maccamy_fuchs"
-        found |= {"hydrodynamics": water, "flooded": self._flooded()}
+        content |= {"hydrodynamics": water, "flooded": self._flooded()}
         if v.given("growth", 0) > 1:
             grown = self.table("NMGDepths", columns.GROWTH, {"z": "MGDpth", "t": "MGThck", "density": "MGDens"})
             z, t, density = (grown[name][np.argsort(grown["z"])] for name in ("z", "t", "density"))
-            found["growth"] = [
+            content["growth"] = [
                 {"bottom": a, "top": b, "thickness": thick, "density": d}
                 for a, b, thick, d in zip(z[:-1], z[1:], *(0.5 * (x[1:] + x[:-1]) for x in (t, density)), strict=True)
-                if thick > 0.0 and b - a > 0.01  # closer rows are a step
+                if thick > 0.0 and b - a > 0.01  # closer rows represent a step
             ]
             if np.ptp(t[t > 0.0]) > 0.0:
                 v.note("approximated", "growth", "constant between two depths, with their mean thickness")
-        return found
+        return content
 
     def _flooded(self) -> float | None:
         assert self.file is not None
@@ -260,7 +262,7 @@ class Water:
           main: values of the main file and ElastoDyn.
 
         Raises:
-          UnsupportedError: what it cannot have, by name.
+          UnsupportedError: the platform has a named feature that is not supported.
         """
         v, file = self.v, self.file
         if file is None or v.given("potential", 0) not in (0, 1):
@@ -295,7 +297,7 @@ class Water:
         if not flows:
             volume, centre = displaced(members)
         root = str(v["potential_file"]).strip("\"'").replace("\\", "/")
-        found: dict[str, Any] = {
+        content: dict[str, Any] = {
             "depth": v["depth"],
             "mass": body[0],
             "centre": body[1:4],
@@ -311,13 +313,13 @@ class Water:
             "source": file.path.name,
         }
         if drift != "none" and v.given("drift_cutoff", 0.0) > 0.0:
-            found["drift_cutoff"] = v["drift_cutoff"]
+            content["drift_cutoff"] = v["drift_cutoff"]
         else:
             v.unneeded("of forces of second order at difference frequencies", "drift_cutoff")
         for key, name in (("stiffness", "AddCLin"), ("linear_damping", "AddBLin"), ("quadratic_damping", "AddBQuad")):
             if flows and (value := self.matrix(name)) is not None:
-                found[key] = value
-        return found
+                content[key] = value
+        return content
 
 
 BODY = ("mass", *(f"centre_{axis}" for axis in "xyz"), *(f"inertia_{axis}" for axis in "RPY"))

@@ -17,7 +17,7 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
     """The ``wind`` of a case file, with absolute paths; None for unsupported kinds of wind.
 
     Raises:
-      InputError: with file, line, keyword.
+      InputError: the file is not valid; the message has file, line and keyword.
     """
     v = Values(notes)
     v.read(file)
@@ -38,7 +38,7 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
             raise InputError(f"{file.path}: HWindSpeed must be zero or more, RefHt positive")
         wind: dict[str, Any] = {
             "kind": "steady",
-            # HWindSpeed lies along the inclined flow, our speed is its horizontal part
+            # HWindSpeed is along the inclined flow, the speed of a case is its horizontal part
             "speed": v["speed"] * (hub_height / height) ** shear * math.cos(v.given("upflow", 0.0)),
             "shear_exponent": shear,
         }
@@ -63,12 +63,12 @@ def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> 
         text += suffix
     line = int(v.source[target].split(" ")[0].rsplit(":", 1)[1])
     try:
-        found: Path | None = file.file(text, line)
+        path: Path | None = file.file(text, line)
     except InputError:
         v.note("ignored", target, "the file does not exist; specify a wind file for the run")
         return None
     turned = {"direction": v["direction"]} if v.given("direction", 0.0) else {}
-    return None if found is None else {"kind": "file", "file": str(found.absolute())} | turned
+    return None if path is None else {"kind": "file", "file": str(path.absolute())} | turned
 
 
 PROFILES: dict[int, Profile] = {-1: "none", 0: "constant", 1: "log", 2: "power"}
@@ -76,7 +76,7 @@ BOX = ("planes", "columns", "rows", "dx", "dy", "dz", "height", "speed", "profil
 
 
 def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
-    """A HAWC2 box as InflowWind plays it, which is not as HAWC2 does (:func:`meltemi.io.read_hawc2`)."""
+    """A HAWC2 box as InflowWind reads it, which differs from HAWC2 itself (:func:`meltemi.io.read_hawc2`)."""
     missing = [name for name in ("u", "v", "w", *BOX) if v[f"box_{name}"] is None]
     if missing:
         raise InputError(f"{file.path}: WindType is 5, but the box has no {', '.join(missing)}")
@@ -101,8 +101,8 @@ def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
         v.note("approximated" if v["box_offset"] else "equivalent", "box_offset", "plane 0 is at the tower at time 0")
     points, steps = ([v[f"box_{name}"] for name in BOX[i : i + 3]] for i in (0, 3))
     try:
-        found = [v.file(file, f"box_{c}") for c in "uvw"]
-        files = [one for one in found if one is not None]
+        components = [v.file(file, f"box_{c}") for c in "uvw"]
+        files = [one for one in components if one is not None]
         if len(files) < 3:
             raise InputError("a file is not given")
         wind = box_case(

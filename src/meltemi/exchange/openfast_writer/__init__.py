@@ -1,4 +1,4 @@
-"""Turbines as OpenFAST decks."""
+"""Export of turbines as OpenFAST decks."""
 
-from meltemi.exchange.openfast_writer.writer import Written as Written
+from meltemi.exchange.openfast_writer.writer import ExportedDeck as ExportedDeck
 from meltemi.exchange.openfast_writer.writer import write_openfast as write_openfast

@@ -8,7 +8,7 @@ import numpy as np
 
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.exchange.openfast.airfoils import has_lift
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, Deck, Notes, Texts
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, ExportModel, Notes, Texts
 from meltemi.exchange.openfast_writer.template import fill, table
 from meltemi.simulation.options import BEDDOES, StallConstants
 from meltemi.turbine.definition import Airfoil, Blade
@@ -23,8 +23,8 @@ NEAR = 1e-7
 """[rad] difference below which OpenFAST treats two angles of a polar as equal, and stops."""
 
 
-def aerodyn(deck: Deck, notes: Notes) -> Texts:
-    """AeroDyn, its file of the blade, and a file for each airfoil."""
+def aerodyn(deck: ExportModel, notes: Notes) -> Texts:
+    """Texts of the AeroDyn file, its blade file, and a file for each airfoil."""
     t, o = deck.turbine, deck.options
     names = list(dict.fromkeys(t.blade.aerodynamics.airfoil))
     foils = {name: t.airfoils[name] for name in names}
@@ -79,7 +79,7 @@ def aerodyn(deck: Deck, notes: Notes) -> Texts:
         why = "angles that are the same but for rounding are written once"
         notes.changed(f"polars of {', '.join(changed)}", why)
     if changed := [name for name, foil in foils.items() if abs(foil.lift[-1] - foil.lift[0]) > NEAR]:
-        notes.changed(f"polars of {', '.join(changed)}", "the mean of both ends stands at -180 and 180 degrees")
+        notes.changed(f"polars of {', '.join(changed)}", "the mean of both ends is used at -180 and 180 degrees")
     for name, file in files.items():
         texts[file] = _airfoil(name, whole[name], o.stall_constants)
     return texts
@@ -91,7 +91,7 @@ def _blade(blade: Blade, names: list[str], title: str) -> str:
     zero = np.zeros(n)
     x, y = (zero if value is None else value for value in (a.centre_x, a.centre_y))
     cant = zero if a.cant is None else a.cant
-    if a.cant is None and s.axis_x is not None:  # sections stand normal to the beam's own axis
+    if a.cant is None and s.axis_x is not None:  # sections are normal to the axis of the beam
         cant = np.arctan(np.interp(a.position, s.position, np.gradient(s.axis_x, s.position)))
     ids = [str(names.index(name) + 1) for name in a.airfoil]
     numbers = (a.position, x, y, cant * DEGREES, a.twist * DEGREES, a.chord)
@@ -120,7 +120,7 @@ def _closed(airfoil: Airfoil) -> Airfoil:
 
 
 def _airfoil(name: str, airfoil: Airfoil, constants: StallConstants) -> str:
-    """A polar; constants of dynamic stall are written where they are stated, OpenFAST finds the others itself."""
+    """Text of a polar; constants of dynamic stall that the turbine does not have are left to OpenFAST."""
     alpha = airfoil.angle_of_attack
     stated = airfoil.dynamic_stall and (airfoil.zero_lift_angle is not None or constants != BEDDOES)
     values: dict[str, object] = {"NumAlf": len(alpha), "InclUAdata": stated}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, Deck, Notes, Texts
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, ExportModel, Notes, Texts
 from meltemi.exchange.openfast_writer.sections import damping_times, matrices
 from meltemi.exchange.openfast_writer.template import columns, fill, table
 
 
-def beamdyn_files(deck: Deck, notes: Notes) -> Texts:
-    """BeamDyn and its file of the blade."""
+def beamdyn_files(deck: ExportModel, notes: Notes) -> Texts:
+    """Texts of the BeamDyn file and its blade file."""
     s = deck.turbine.blade.structure
     K, M = matrices(s, notes.changed)
     zero = np.zeros(len(s.position))

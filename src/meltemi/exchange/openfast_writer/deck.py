@@ -1,4 +1,4 @@
-"""What all files of a deck are made of: the turbine with its models, units, output channels, and notes."""
+"""Common data of the files of a deck: the turbine with its models, units, output channels, and notes."""
 
 from __future__ import annotations
 
@@ -35,28 +35,28 @@ OUTPUTS = {
 
 @dataclass(frozen=True)
 class Notes:
-    """Notes on what a deck lacks or approximates, in the order of its files."""
+    """Notes on features that a deck lacks or approximates, in the order of its files."""
 
     turbine: str
     entries: list[ImportNote] = field(default_factory=list)
 
     def lost(self, what: str, why: str) -> None:
-        """Note what the deck lacks."""
+        """Note a feature that the deck lacks."""
         self.entries.append(ImportNote("ignored", self.turbine, what, why))
 
     def changed(self, what: str, why: str) -> None:
-        """Note what the deck approximates."""
+        """Note a feature that the deck approximates."""
         self.entries.append(ImportNote("approximated", self.turbine, what, why))
 
 
 @dataclass(frozen=True)
-class Deck:
-    """A turbine to be written.
+class ExportModel:
+    """Turbine to be exported, with its models.
 
     Attributes:
-      turbine, options, environment: as the caller gave them.
+      turbine, options, environment: arguments of the caller.
       modes: number of blade modes by kind.
-      model: with the default options.
+      model: model with the default options.
       member: a blade with its first modes.
     """
 
@@ -83,8 +83,8 @@ class Deck:
         return self.turbine.support is not None or self.turbine.platform is not None
 
 
-def deck_of(turbine: Turbine, options: ModelOptions, environment: Environment) -> Deck:
-    """Models for a deck of a turbine.
+def deck_of(turbine: Turbine, options: ModelOptions, environment: Environment) -> ExportModel:
+    """Prepare the models for the export of a turbine.
 
     Raises:
       UnsupportedError: the turbine cannot be modelled.
@@ -92,11 +92,11 @@ def deck_of(turbine: Turbine, options: ModelOptions, environment: Environment) -
     model: BladedModel = build(turbine)
     counts = {"flap": 1, "edge": 1, "torsion": int(turbine.blade.structure.twists)}
     member = blade_member(turbine.blade.structure, counts, model.rotor.blade_layout)
-    return Deck(turbine, options, environment, blade_modes(turbine, options), model, member)
+    return ExportModel(turbine, options, environment, blade_modes(turbine, options), model, member)
 
 
-def limits(deck: Deck, notes: Notes) -> None:
-    """Note what no file of a deck has."""
+def limits(deck: ExportModel, notes: Notes) -> None:
+    """Note features of the turbine that no file of a deck can represent."""
     t, o, air = deck.turbine, deck.options, deck.environment.air
     weather = air and any(isinstance(q, TimeSeries) for q in (air.temperature, air.humidity, air.pressure))
     nacelle = t.nacelle.roll_inertia or t.nacelle.nod_inertia
@@ -104,7 +104,7 @@ def limits(deck: Deck, notes: Notes) -> None:
     tower = t.tower.torsion_stiffness is not None or t.tower.axial_stiffness is not None
     blade_modes = deck.modes["flap"] > 2 or deck.modes["edge"] > 1
     tower_modes = o.fore_aft_modes > 2 or o.side_side_modes > 2
-    for there, what, why in (
+    for present, what, why in (
         (t.foundation is not None and not deck.at_sea, "foundation", "the tower is clamped; SubDyn is not written"),
         (t.mass_dampers, "mass dampers", "StC files are not written"),
         (nacelle, "roll and nod inertia of the nacelle", "only yaw inertia"),
@@ -121,10 +121,10 @@ def limits(deck: Deck, notes: Notes) -> None:
         (o.yaw == "free", "free yaw", "YawSpr holds the nacelle"),
         (t.pitch_actuator.kind == "second_order", "pitch actuator", "the controller library has to model it"),
     ):
-        if there:
+        if present:
             notes.lost(what, why)
 
 
 def turn(angle: float) -> float:
-    """[deg] within half a turn of an angle [rad]."""
+    """An angle [rad] in degrees between -180 and 180."""
     return math.remainder(angle * DEGREES, 360.0)

@@ -1,4 +1,4 @@
-"""ElastoDyn: the machine, its blades and tower by two modes each way, and the base of a turbine at sea."""
+"""ElastoDyn: turbine, blades and tower with two modes per direction, and the base of an offshore turbine."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, Deck, Notes, Texts, turn
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, ExportModel, Notes, Texts, turn
 from meltemi.exchange.openfast_writer.sections import classical, damping_ratios
 from meltemi.exchange.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
 from meltemi.exchange.openfast_writer.template import fill, table
@@ -17,12 +17,14 @@ AT_SEA = "PtfmSurge PtfmSway PtfmHeave PtfmRoll PtfmPitch PtfmYaw".split()
 """Output channels of ElastoDyn at sea."""
 
 
-def elastodyn(deck: Deck, notes: Notes, rotor_speed: float, pitch: float, azimuth: float, *, beamdyn: bool) -> Texts:
-    """ElastoDyn and its files of blade and tower.
+def elastodyn(
+    deck: ExportModel, notes: Notes, rotor_speed: float, pitch: float, azimuth: float, *, beamdyn: bool
+) -> Texts:
+    """Texts of the ElastoDyn file and its blade and tower files.
 
     Args:
-      rotor_speed, pitch, azimuth: [rad/s], [rad], [rad] at the start.
-      beamdyn: BeamDyn has the blades, so that nothing is lost here.
+      rotor_speed, pitch, azimuth: [rad/s], [rad], [rad] initial values.
+      beamdyn: BeamDyn models the blades, so that no note on lost features is needed here.
     """
     t, o = deck.turbine, deck.options
     n, h, d = t.nacelle, t.hub, t.drivetrain
@@ -74,8 +76,8 @@ def elastodyn(deck: Deck, notes: Notes, rotor_speed: float, pitch: float, azimut
     }
 
 
-def _base(deck: Deck) -> dict[str, object]:
-    """What ElastoDyn has of a platform, or of the top of a pile, where the tower needs inertia about its axis."""
+def _base(deck: ExportModel) -> dict[str, object]:
+    """ElastoDyn's values of a platform, or of the top of a pile, where the tower needs inertia about its axis."""
     tower, platform = deck.turbine.tower, deck.turbine.platform
     numbers, lever, mass = [0.0] * 6, 0.0, 0.0
     if platform is not None:
@@ -86,11 +88,11 @@ def _base(deck: Deck) -> dict[str, object]:
     else:
         return {}
     names = [f"PtfmCM{axis}t" for axis in "xyz"] + [f"Ptfm{axis}Iner" for axis in "RPY"]
-    found: dict[str, object] = {f"Ptfm{name}DOF": True for name in ("Sg", "Sw", "Hv", "R", "P", "Y")}
-    return found | dict(zip(names, numbers, strict=True)) | {"PtfmMass": mass, "PtfmRefzt": lever}
+    values: dict[str, object] = {f"Ptfm{name}DOF": True for name in ("Sg", "Sw", "Hv", "R", "P", "Y")}
+    return values | dict(zip(names, numbers, strict=True)) | {"PtfmMass": mass, "PtfmRefzt": lever}
 
 
-def _blade(deck: Deck, notes: Notes, beamdyn: bool) -> str:
+def _blade(deck: ExportModel, notes: Notes, beamdyn: bool) -> str:
     whole = deck.turbine.blade.structure
     ratios = damping_ratios(whole.damping or whole.damping_time, deck.member)
     blade = classical(whole, ratios, (lambda what, why: None) if beamdyn else notes.lost)
@@ -113,14 +115,14 @@ def _blade(deck: Deck, notes: Notes, beamdyn: bool) -> str:
     return fill("ElastoDyn blade", deck.title, values, {"stations": stations})
 
 
-def _tower(deck: Deck, notes: Notes) -> str:
+def _tower(deck: ExportModel, notes: Notes) -> str:
     tower = deck.turbine.tower
     if tower.mode_shapes is None:
         model = deck.model
         axis = model.rotor.blade.beam.at(model.rotor.blade_layout.position, "axis")
         pieces = model.rotor.blade.beam.rigid_pieces(model.rotor.blade_layout.edges, axis)
         fore_aft, side_side = tower_shapes(model, head_mass(deck.turbine, pieces, axis))
-        if not deck.at_sea:  # where the tower's natural modes are those on its support
+        if not deck.at_sea:  # the natural modes of the tower on its support
             _note_shapes(deck, notes, "tower", {"fore-aft": fore_aft, "side-side": side_side})
     else:
         fore_aft, side_side = (_given(modes) for modes in (tower.mode_shapes.fore_aft, tower.mode_shapes.side_side))
@@ -135,21 +137,21 @@ def _tower(deck: Deck, notes: Notes) -> str:
     return fill("ElastoDyn tower", deck.title, values, {"stations": stations})
 
 
-def _note_shapes(deck: Deck, notes: Notes, member: str, shapes: Mapping[str, list[Shape]]) -> None:
+def _note_shapes(deck: ExportModel, notes: Notes, member: str, shapes: Mapping[str, list[Shape]]) -> None:
     """Note the deviation of the polynomials' frequencies from those of the natural modes."""
     natural = deck.model.rotor.blade if member == "blade" else deck.model.rotor.tower
-    for kind, found in shapes.items():
-        for i, shape in enumerate(found):
+    for kind, fitted in shapes.items():
+        for i, shape in enumerate(fitted):
             name = f"{('1st', '2nd')[i]} {kind}"
             if name in natural.names:
-                there = float(natural.modes.frequency[natural.names.index(name)])
-                off = 100.0 * (shape.frequency / there - 1.0)
-                why = f"polynomial of degree 6: frequency {off:+.2f} % of ours, {there / math.tau:.4g} Hz"
+                frequency = float(natural.modes.frequency[natural.names.index(name)])
+                off = 100.0 * (shape.frequency / frequency - 1.0)
+                why = f"polynomial of degree 6: frequency {off:+.2f} % of meltemi's, {frequency / math.tau:.4g} Hz"
                 notes.changed(f"{name} mode of the {member}", why)
 
 
 def _given(modes: Sequence[tuple[float, ...]]) -> list[Shape]:
-    """Shapes of the description; their frequencies are unknown."""
+    """Mode shapes of the turbine description; their frequencies are unknown."""
     return [Shape(coefficients, math.nan) for coefficients in modes]
 
 

@@ -6,19 +6,19 @@ import math
 from pathlib import Path
 
 from meltemi.core.errors import InputError
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, Deck, Notes, Texts, turn
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, ExportModel, Notes, Texts, turn
 from meltemi.exchange.openfast_writer.template import fill
 from meltemi.wind.fields import SteadyWind
 
 
-def inflow(deck: Deck, notes: Notes, wind: SteadyWind | str | Path, direction: float) -> Texts:
-    """InflowWind: a steady wind, or a file by its name.
+def inflow(deck: ExportModel, notes: Notes, wind: SteadyWind | str | Path, direction: float) -> Texts:
+    """Text of the InflowWind file: steady wind, or a wind file.
 
     Args:
-      direction: [rad] by which the wind of a file is turned.
+      direction: [rad] by which the wind of a file is rotated.
 
     Raises:
-      InputError: the wind is of another kind.
+      InputError: another kind of wind.
     """
     hub = deck.turbine.hub_height
     values: dict[str, object] = {"WindVziList": hub, "RefHt": hub, "RefHt_Uni": hub, "RefHt_Hawc": hub}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from meltemi.exchange.openfast_writer.deck import Deck, Texts
+from meltemi.exchange.openfast_writer.deck import ExportModel, Texts
 from meltemi.exchange.openfast_writer.template import fill
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
@@ -20,8 +20,8 @@ FINENESS = 0.45
 """Time step times the highest frequency of ElastoDyn's degrees of freedom, at most."""
 
 
-def time_step_of(deck: Deck) -> float:
-    """[s] that resolves those of the requested degrees of freedom that ElastoDyn has."""
+def time_step_of(deck: ExportModel) -> float:
+    """Time step [s] that resolves the requested degrees of freedom that ElastoDyn has."""
     o = deck.options
     wanted = deck.modes | {"fore_aft": o.fore_aft_modes, "side_side": o.side_side_modes}
     most = {"flap": 2, "edge": 1, "torsion": 0, "fore_aft": 2, "side_side": 2}
@@ -31,13 +31,15 @@ def time_step_of(deck: Deck) -> float:
     return next((step for step in STEPS if step * frequency <= FINENESS), STEPS[-1])
 
 
-def main_file(deck: Deck, wet: Mapping[str, str], duration: float, step: float, beamdyn: bool, level: float) -> Texts:
-    """The main file (.fst).
+def main_file(
+    deck: ExportModel, hydro_files: Mapping[str, str], duration: float, step: float, beamdyn: bool, level: float
+) -> Texts:
+    """Text of the main file (.fst).
 
     Args:
-      wet: files of the water.
-      duration, step: [s] of the simulation and of its time step.
-      level: [m] of the still water.
+      hydro_files: names of the hydrodynamic files.
+      duration, step: [s] simulated time and time step.
+      level: [m] still-water level.
     """
     torsion, sea = deck.turbine.blade.structure.twists, deck.turbine.support or deck.turbine.platform
     files = {"Hydro": "HydroDyn", "Sub": "SubDyn", "Mooring": "MoorDyn", "SeaSt": "SeaState"}
@@ -45,8 +47,8 @@ def main_file(deck: Deck, wet: Mapping[str, str], duration: float, step: float, 
         "TMax": duration,
         "DT": step,
         "ModCoupling": TIGHT if beamdyn or deck.turbine.support is not None else LOOSE,
-        "MaxConvIter": 30 if deck.at_sea else 6,  # water moves with members: more exchanges in a step,
-        "ConvTol": 1e-3 if deck.at_sea else 1e-4,  # which end at 1e-4 of forces in single precision
+        "MaxConvIter": 30 if deck.at_sea else 6,  # water moves with members: more correction iterations in a step,
+        "ConvTol": 1e-3 if deck.at_sea else 1e-4,  # which converge to 1e-4 with forces in single precision
         "DT_UJac": 1.0 if deck.turbine.platform is not None else 99999.0,  # a tilted hull exchanges differently
         "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
         "CompElast": 2 if beamdyn else 1,
@@ -60,7 +62,7 @@ def main_file(deck: Deck, wet: Mapping[str, str], duration: float, step: float, 
     }
     if sea is not None:
         values |= {"WtrDens": sea.water_density, "WtrDpth": sea.depth, "MSL2SWL": level}
-        there = {name: f"{module}.dat" for name, module in files.items() if f"{module}.dat" in wet}
-        values |= {f"Comp{name}": 3 if name == "Mooring" else 1 for name in there}
-        values |= {f"{name}File": file for name, file in there.items()}
+        present = {name: f"{module}.dat" for name, module in files.items() if f"{module}.dat" in hydro_files}
+        values |= {f"Comp{name}": 3 if name == "Mooring" else 1 for name in present}
+        values |= {f"{name}File": file for name, file in present.items()}
     return {f"{deck.name}.fst": fill("main", deck.title, values, {})}

@@ -1,4 +1,4 @@
-"""Sections of a blade in the form of ElastoDyn and BeamDyn."""
+"""Blade sections in the formats of ElastoDyn and BeamDyn."""
 
 from __future__ import annotations
 
@@ -50,15 +50,15 @@ def classical(blade: BladeStructure, ratios: Damping, lost: Report) -> BladeStru
 
 
 def principal(stiffness: Float) -> tuple[Float, Float, Float]:
-    """Principal flap and edge stiffness [N m^2] of 6 x 6 sections, and rotation of their axes to feather [rad].
+    """Principal flapwise and edgewise stiffness [N m^2] of 6 x 6 sections, and rotation of their axes to feather [rad].
 
     From the compliance in bending about x and y, as in ``simulation.portrait.principal_stiffness``.
     """
     C = np.linalg.inv(stiffness)[:, 3:5, 3:5]
-    # flapwise bending is about y; a turn to feather is by the negative angle about z
+    # flapwise bending is about y; a rotation to feather is a negative angle about z
     angle = 0.5 * np.arctan2(2.0 * C[:, 0, 1], C[:, 1, 1] - C[:, 0, 0])
     mean, half = 0.5 * (C[:, 0, 0] + C[:, 1, 1]), np.hypot(0.5 * (C[:, 1, 1] - C[:, 0, 0]), C[:, 0, 1])
-    # near the round root the stiffer direction may be flap: of two axes the closer one has the name
+    # near the circular root the stiffer direction may be flapwise: each axis is named by the closer direction
     swapped = np.abs(angle) > 0.25 * np.pi
     angle, half = np.where(swapped, angle - 0.5 * np.pi * np.sign(angle), angle), np.where(swapped, -half, half)
     return 1.0 / (mean + half), 1.0 / (mean - half), angle

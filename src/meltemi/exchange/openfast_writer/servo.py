@@ -5,19 +5,21 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, Deck, Notes, Texts, turn
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, ExportModel, Notes, Texts, turn
 from meltemi.exchange.openfast_writer.template import fill, table
 
 ROUNDING = 1e-6
 """Relative, of OpenFAST in single precision."""
 
 
-def servo(deck: Deck, notes: Notes, held: float, library: str | Path | None, settings: str | Path) -> Texts:
-    """ServoDyn: a controller library with its settings, or the pitch held [rad] and the torque by the simple law."""
+def servo(
+    deck: ExportModel, notes: Notes, fixed_pitch: float, library: str | Path | None, settings: str | Path
+) -> Texts:
+    """Text of the ServoDyn file: a controller library, or a fixed pitch [rad] and the torque of the simple law."""
     t = deck.turbine
     law, pitch = t.control.torque, t.control.pitch
     rated_torque = law.rated_power / law.rated_speed
-    # OpenFAST refuses a law whose region 2 ends above the rated torque: it ends where it reaches that
+    # OpenFAST rejects a law whose region 2 ends above the rated torque: region 2 ends at the rated torque
     rated_speed = min(law.rated_speed, math.sqrt(rated_torque / law.optimal_gain) * (1.0 - ROUNDING))
     mode = 0 if library is None else 5
     if library is None:
@@ -30,7 +32,7 @@ def servo(deck: Deck, notes: Notes, held: float, library: str | Path | None, set
         "VSContrl": mode or 1,
         "PitManRat": t.pitch_actuator.rate_limit * DEGREES,
         "GenEff": 100.0 * t.drivetrain.generator_efficiency,
-        "PitNeut": held * DEGREES,
+        "PitNeut": fixed_pitch * DEGREES,
         "VS_RtGnSp": rated_speed * RPM,
         "VS_RtTq": rated_torque,
         "VS_Rgn2K": law.optimal_gain / RPM**2,

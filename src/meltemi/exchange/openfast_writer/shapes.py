@@ -29,7 +29,7 @@ class Shape:
     """A mode of a member in ElastoDyn.
 
     Attributes:
-      coefficients: of x^2 to x^6.
+      coefficients: coefficients of x^2 to x^6.
       frequency: [rad/s] with this shape; that of a tower includes the tower-top mass.
     """
 

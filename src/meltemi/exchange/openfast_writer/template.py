@@ -1,6 +1,6 @@
 """Templates of the files of an OpenFAST 5 deck: ``lines.txt`` contains the keywords in the order of the input files.
 
-A line there is a default value and a keyword; ``==`` begins a heading, ``@`` a table or list that the writer fills in,
+A line has a default value and a keyword; ``==`` begins a heading, ``@`` a table or list that the writer fills in,
 with its columns after a colon if it may be empty.
 The order is that of the decks of OpenFAST 5.0.0's reference runs (Apache-2.0), which the tests compare.
 """
@@ -32,12 +32,12 @@ def fill(module: str, title: str, values: Mapping[str, object], tables: Mapping[
 
     Args:
       module: name of the file, such as ``"ElastoDyn"``.
-      title: second line.
-      values: by keyword; that of ``BldFile`` holds for ``BldFile(1)`` to ``BldFile(3)``.
-      tables: lines by name of the table; of a list of outputs only its entries.
+      title: second line of the file.
+      values: values by keyword; that of ``BldFile`` holds for ``BldFile(1)`` to ``BldFile(3)``.
+      tables: lines by name of the table; for a list of outputs only its entries.
 
     Raises:
-      KeyError: a value whose keyword the file does not have.
+      KeyError: the file has no such keyword.
     """
     mark, begin = ("!", "! ") if module == "airfoil" else ("-", "")
     lines = [f"{mark}------ {module.upper()} INPUT FILE for OpenFAST 5, by meltemi ".ljust(80, "-"), begin + title]
@@ -70,14 +70,14 @@ def fill(module: str, title: str, values: Mapping[str, object], tables: Mapping[
 
 
 def by_target(module: str, values: Mapping[str, float | str]) -> dict[str, object]:
-    """Values by keyword, in the units of the file, of values in SI by the targets to which the reader puts them."""
+    """Convert SI values by target (key path of the reader) to values by keyword in the units of the file."""
     rows = {row.target: row for row in ROWS[module] if row.target}
-    found: dict[str, object] = {}
+    values_by_keyword: dict[str, object] = {}
     for target, value in values.items():
         row = rows[target]
         factor = UNITS[row.unit] * (-1.0 if row.turned else 1.0)
-        found[row.names[0]] = value / factor + 0.0 if isinstance(value, float) else value
-    return found
+        values_by_keyword[row.names[0]] = value / factor + 0.0 if isinstance(value, float) else value
+    return values_by_keyword
 
 
 def text_of(value: object) -> str:

@@ -1,6 +1,6 @@
-"""Files of a deck for turbines in the sea: SeaState, HydroDyn, SubDyn, MoorDyn, potential-flow coefficients.
+"""Files of a deck for offshore turbines: SeaState, HydroDyn, SubDyn, MoorDyn, potential-flow coefficients.
 
-Values go by the targets of the reader's table, so that both directions have one table.
+Reader and writer share the table of keywords.
 """
 
 from __future__ import annotations
@@ -58,14 +58,14 @@ SAMPLE = 0.25
 def sea_state(
     texts: dict[str, str], title: str, sea: Sea, duration: float, pile: Support | None, platform: Platform | None
 ) -> None:
-    """SeaState, and the waves of the sea one by one (WaveMod 7): OpenFAST has the same water.
+    """Add SeaState, and a file of all single waves (WaveMod 7), so that OpenFAST has the same waves.
 
     Args:
-      duration: [s] of the run.
-      pile, platform: what stands or floats in it.
+      duration: [s] simulated time.
+      pile, platform: the support structure in the water.
 
     Raises:
-      UnsupportedError: waves that do not repeat, a current by a table.
+      UnsupportedError: waves that are not periodic, a tabulated current.
     """
     values: dict[str, float | str] = {}
     where: Any = pile or platform
@@ -96,7 +96,7 @@ def sea_state(
     if pile is not None and pile.hydrodynamics.diffraction == "maccamy_fuchs" and len(waves.frequency):
         values["diffraction_radius"] = 0.5 * float(pile.diameter[0])
     written = by_target("SeaState", values)
-    wet = [] if platform is None else pushed(platform)
+    wet = [] if platform is None else loaded_members(platform)
     displaced = platform is not None and platform.excitation == "displaced"
     if wet or displaced:  # waves are interpolated between points in steps of a fourth of this width
         width = float(np.abs([0.0, *(x for m in wet for x in (*m.start[:2], *m.end[:2]))]).max()) + WIDER
@@ -110,7 +110,7 @@ def sea_state(
 
 
 def _hydrodyn(title: str, values: dict[str, float | str], tables: dict[str, list[str]]) -> str:
-    """HydroDyn; counts of its tables follow from their rows."""
+    """Text of the HydroDyn file; the numbers of rows follow from its tables."""
     zero, count = np.zeros((6, 6)), {name: len(tables.get(table, ())) for name, table in COUNTED.items()}
     whole = {name: matrix(name, zero) for name in MATRICES} | {"AddF0": matrix("AddF0", zero[:, :1])}
     whole |= {"simple": rows_of([[0.0] * 14]), "simple_rectangles": rows_of([[0.0] * 18])} | tables
@@ -133,15 +133,15 @@ MATRICES = {"AddCLin": "stiffness", "AddBLin": "linear_damping", "AddBQuad": "qu
 
 
 def pile_water(title: str, pile: Support) -> str:
-    """HydroDyn of a pile in water.
+    """Text of the HydroDyn file of a pile.
 
     Raises:
-      UnsupportedError: waves diffracted by a pile that is no cylinder, which SeaState does not have.
+      UnsupportedError: waves diffracted by a pile that is no cylinder, which OpenFAST cannot represent.
     """
     z, water = pile.position, pile.hydrodynamics
     bottom = max(float(z[0]), -pile.depth) - BELOW
     joints = [bottom, *(b for a, b in pairwise(z.tolist()) if b - max(a, bottom) > NEAR)]
-    # no joint where only the wall changes: OpenFAST's buoyancy wants none in the waves
+    # no joint where only the wall changes: OpenFAST's buoyancy allows no joint in the waves
     x = np.array(joints)
     d = [np.interp(x + step, z, pile.diameter) for step in (-1.0, -NEAR, NEAR, 1.0)]
     bent = np.abs((d[1] - d[0]) - (d[3] - d[2])) + np.abs(d[2] - d[1]) > SAME
@@ -161,7 +161,7 @@ def pile_water(title: str, pile: Support) -> str:
     single = all(row[1:] == by_depth[0][1:] for row in by_depth)
     coefficients = {"simple": rows_of([by_depth[0][1:]])} if single else {"by_depth": rows_of(by_depth)}
     numbers = range(1, n + 1)
-    # one wall, the mean in the water: OpenFAST's moments of water inside a cone are wrong
+    # one mean wall thickness in the water: OpenFAST's moments of water inside a cone are wrong
     wall = float(np.mean(np.interp(np.linspace(joints[0], min(0.0, joints[-1]), 101), z, pile.thickness)))
     grown = sorted(pile.growth, key=lambda each: -each.top)
     tables = coefficients | {
@@ -186,13 +186,13 @@ def _of_wave(water: Hydrodynamics) -> tuple[float | Float, float | Float, float 
 def pile_structure(
     texts: dict[str, str], title: str, pile: Support, foundation: Foundation | None, first: float
 ) -> None:
-    """SubDyn of a pile that is clamped at its foot, or stands on springs.
+    """Add SubDyn for a pile that is clamped or on springs at its foot.
 
     Args:
-      first: [rad/s] first natural frequency of the turbine, at which the damping ratio of its steel holds.
+      first: [rad/s] first natural frequency of the turbine, at which the damping ratio of the steel applies.
 
     Raises:
-      UnsupportedError: soil, whose springs depend on the load.
+      UnsupportedError: nonlinear soil springs.
     """
     if pile.soil is not None:
         raise UnsupportedError(
@@ -243,21 +243,21 @@ def pile_structure(
     texts["SubDyn.dat"] = fill("SubDyn", title, values, tables)
 
 
-def pushed(platform: Platform) -> list[Member]:
-    """Members that the water pushes; potential flow makes the others pictures only."""
+def loaded_members(platform: Platform) -> list[Member]:
+    """Members with hydrodynamic loads; those within potential flow only serve for drawings."""
     forces = "drag added_mass pressure plate_drag plate_added_mass plate_pressure".split()
     return [m for m in platform.members if not platform.coefficients or any(getattr(m, name) for name in forces)]
 
 
 def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: Report) -> None:
-    """HydroDyn of a platform: potential flow, with members beside it, or members only.
+    """Add HydroDyn for a platform: potential flow with or without members, or members only.
 
     Raises:
-      UnsupportedError: matrices on a platform of members, which HydroDyn reads with potential flow only.
+      UnsupportedError: additional matrices without potential flow, which HydroDyn reads only with it.
     """
     given = {name: getattr(platform, key) for name, key in MATRICES.items()}
     tables = {name: matrix(name, value) for name, value in given.items() if value is not None}
-    members, flows = pushed(platform), bool(platform.coefficients)
+    members, flows = loaded_members(platform), bool(platform.coefficients)
     if len(members) < len(platform.members):
         lost("members", "HydroDyn gets those with forces; the others are for pictures")
     values: dict[str, float | str] = {"potential": int(flows)}
@@ -300,10 +300,10 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
 
 
 def mooring(title: str, platform: Platform) -> str:
-    """MoorDyn.
+    """Text of the MoorDyn file.
 
     Raises:
-      UnsupportedError: lines that differ in the friction of the bed.
+      UnsupportedError: lines with different seabed friction.
     """
     lines = platform.lines
     segments = platform.segments if platform.line_model == "dynamic" else FEWEST_SEGMENTS
@@ -327,11 +327,11 @@ def mooring(title: str, platform: Platform) -> str:
         for what, end, place in (("Vessel", line.fairlead, upper), ("Fixed", line.anchor, lower)):
             if isinstance(end, str):
                 joint = platform.points[end]
-                kind, own = "Free", [joint.mass, joint.volume, joint.drag_area, joint.added_mass]
+                kind, properties = "Free", [joint.mass, joint.volume, joint.drag_area, joint.added_mass]
             else:
-                kind, own = what, [0.0] * 4
+                kind, properties = what, [0.0] * 4
             if not isinstance(end, str) or end not in joints:
-                points.append([len(points) + 1, kind, *place.tolist(), *own])
+                points.append([len(points) + 1, kind, *place.tolist(), *properties])
             both.append(joints.setdefault(end, len(points)) if isinstance(end, str) else len(points))
         ends.append(both)
     tables = {

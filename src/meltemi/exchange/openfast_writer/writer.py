@@ -12,7 +12,7 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.exchange.openfast_writer.aerodyn import aerodyn
 from meltemi.exchange.openfast_writer.beamdyn import beamdyn_files
-from meltemi.exchange.openfast_writer.deck import Deck, Notes, Texts, deck_of, limits
+from meltemi.exchange.openfast_writer.deck import ExportModel, Notes, Texts, deck_of, limits
 from meltemi.exchange.openfast_writer.elastodyn import elastodyn
 from meltemi.exchange.openfast_writer.inflow import inflow
 from meltemi.exchange.openfast_writer.main import STEPS, main_file, time_step_of
@@ -25,7 +25,7 @@ from meltemi.wind.fields import SteadyWind
 
 
 @dataclass(frozen=True)
-class Written:
+class ExportedDeck:
     """An exported deck.
 
     Attributes:
@@ -57,21 +57,21 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     library: str | Path | None = None,
     settings: str | Path = "DISCON.IN",
     sea: Sea | None = None,
-) -> Written:
+) -> ExportedDeck:
     """Write a turbine as input of OpenFAST 5: main file, ElastoDyn, AeroDyn, InflowWind, ServoDyn, airfoils.
 
-    At sea also SeaState with every wave, HydroDyn with coefficients of potential flow, and SubDyn or MoorDyn.
-    BeamDyn files are written for blades with torsional stiffness. Mode shapes are those of the description, or the best
-    polynomials of ElastoDyn for the sections.
+    Offshore also SeaState with every wave, HydroDyn with potential-flow coefficients, and SubDyn or MoorDyn.
+    BeamDyn files are written for blades with torsional stiffness. Mode shapes are those of the turbine description, or
+    the best polynomials of ElastoDyn for the sections.
 
     Args:
-      turbine: aeroelastic.
+      turbine: aeroelastic turbine.
       folder: created if needed; files of the same names are replaced.
       options: degrees of freedom and aerodynamic models.
       environment: air density and gravity.
       wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
-      direction: [rad] by which the wind of a file is turned, clockwise from above.
-      duration: [s].
+      direction: [rad] by which the wind of a file is rotated, clockwise from above.
+      duration: [s] simulated time.
       time_step: [s]; by default that of the options, or the one required by the highest frequency of ElastoDyn's
         degrees of freedom, at most 0.01 s; with BeamDyn and SubDyn, which are coupled implicitly, 0.01 s.
       rotor_speed: [rad/s] initial; by default rated.
@@ -81,12 +81,12 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
       library: Bladed-style controller library, with its input file ``settings``; without it the torque follows
         OpenFAST's simple law of regions 2 and 2 1/2 at constant pitch.
       settings: see library.
-      sea: of a turbine that stands or floats in it; by default still water.
+      sea: sea of an offshore turbine; by default still water.
 
     Raises:
-      InputError: a file cannot be written, the wind is of another kind, or the turbine of a sea stands on land.
-      UnsupportedError: there is ice on a blade, BeamDyn is requested for a blade without torsion, the turbine cannot
-        be modelled, or OpenFAST has no such support, platform, current or waves.
+      InputError: a file cannot be written, the kind of wind is not supported, or a sea is given for an onshore turbine.
+      UnsupportedError: a blade has ice, BeamDyn is requested for a blade without torsion, the turbine cannot
+        be modelled, or OpenFAST cannot represent the support, platform, current or waves.
     """
     turbine, folder = aeroelastic(turbine, "write_openfast"), Path(folder)
     if turbine.icing is not None:
@@ -103,15 +103,15 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     step = time_step or deck.options.time_step or (STEPS[0] if implicit else time_step_of(deck))
     if sea is not None and not deck.at_sea:
         raise InputError(f"sea: {turbine.name} stands on land")
-    wet = _water(deck, notes, StillWater() if sea is None else sea, duration) if deck.at_sea else {}
-    texts = main_file(deck, wet, duration, step, beamdyn, 0.0 if sea is None else sea.level) | wet
+    hydro_files = _water(deck, notes, StillWater() if sea is None else sea, duration) if deck.at_sea else {}
+    texts = main_file(deck, hydro_files, duration, step, beamdyn, 0.0 if sea is None else sea.level) | hydro_files
     texts |= elastodyn(deck, notes, *start, azimuth, beamdyn=beamdyn)
     if turbine.blade.structure.twists:
         texts |= beamdyn_files(deck, notes)
     texts |= aerodyn(deck, notes)
     texts |= inflow(deck, notes, SteadyWind(speed=12.0) if wind is None else wind, direction)
     texts |= servo(deck, notes, start[1], library, settings)
-    return Written(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(notes.entries))
+    return ExportedDeck(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(notes.entries))
 
 
 def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
@@ -121,14 +121,14 @@ def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
             path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{error.filename or folder}: cannot be written ({error.strerror or error})") from None
-    with replacing(*files) as partial:  # an incomplete deck would be read as another one
+    with replacing(*files) as partial:  # an incomplete deck could be mistaken for a valid one
         for path, text in zip(partial, texts.values(), strict=True):
             path.write_text(text, encoding="utf-8")
     return files
 
 
-def _water(deck: Deck, notes: Notes, sea: Sea, duration: float) -> Texts:
-    """The files of the water and of what stands or floats in it; imported only where there is some."""
+def _water(deck: ExportModel, notes: Notes, sea: Sea, duration: float) -> Texts:
+    """Files of the sea and of the support structure; the module is imported only for offshore turbines."""
     from meltemi.exchange.openfast_writer import water
     from meltemi.sea.pile_beam import first_frequency
 

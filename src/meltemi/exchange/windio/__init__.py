@@ -42,19 +42,19 @@ def read_windio(
 
     Args:
       path: the YAML file, of windIO 2.0 or 2.1.
-      extra: what the file lacks, or what shall be different: a YAML file with keys as in a turbine file, or a
-        dictionary of the same or of key paths, ``{"yaw.stiffness": 6e9}``. It wins over the file.
+      extra: supplementary or replacing data: a YAML file with keys as in a turbine file, or a dictionary of the same
+        or of key paths, ``{"yaw.stiffness": 6e9}``. It takes precedence over the file.
       foundation: the tower is clamped at its base, or stands on the file's monopile.
-      mudline: [m] height, below zero under water, where the monopile is clamped.
-      reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is taken; by default the highest.
+      mudline: [m] height, negative under water, where the monopile is clamped.
+      reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is used; by default the highest.
 
     Raises:
-      InputError: the file is no windIO 2 turbine, or something is wrong or lacking; all that lacks is listed.
+      InputError: the file is no windIO 2 turbine, or data are invalid or missing; all missing data are listed.
     """
     return import_windio(path, extra, foundation=foundation, mudline=mudline, reynolds=reynolds).turbine
 
 
-@np.errstate(all="ignore")  # the record names what is no finite number
+@np.errstate(all="ignore")  # the record reports values that are not finite by their name
 def import_windio(
     path: str | Path,
     extra: Extra = None,
@@ -63,7 +63,7 @@ def import_windio(
     mudline: float | None = None,
     reynolds: float | None = None,
 ) -> ImportedTurbine:
-    """As :func:`read_windio`, with notes on the data that were used, approximated and ignored.
+    """Read a windIO file as :func:`read_windio` does, with notes on data used, approximated and ignored.
 
     Raises:
       InputError: as :func:`read_windio`.
@@ -104,7 +104,7 @@ SUPPLIED = {
 
 
 def _note_given(tree: Tree, more: Mapping[str, Any]) -> None:
-    """Notes on what is given beside the file, which wins over it."""
+    """Add notes on supplementary data, which take precedence over the file."""
     keys = list(_paths(more))
     replaced = [note for note in tree.notes if SUPPLIED.get(note.what) in keys]
     tree.notes = [note for note in tree.notes if note not in replaced]
@@ -112,7 +112,7 @@ def _note_given(tree: Tree, more: Mapping[str, Any]) -> None:
         if tree.get(note.where) is not None:
             tree.note("ignored", note.where, note.what, f"{SUPPLIED[note.what]} is given beside the file")
     for key in keys:
-        tree.note("used", "extra", key, "given beside the file, over which it wins")
+        tree.note("used", "extra", key, "supplementary data, which take precedence over the file")
 
 
 def _paths(content: Mapping[str, Any], above: str = "") -> Iterator[str]:

@@ -1,10 +1,10 @@
 """Blade of a windIO file: axis, outer shape, beam sections.
 
 Frames. The reference axis has x towards the suction side, y towards the trailing edge, z along the pitch axis from the
-blade root: the axes of docs/conventions.md. Twist is positive towards feather. The 6 x 6 matrices stand in axes
-that are turned by the twist and normal to the reference axis. The schema's text says of them "x points to the trailing
+blade root: the axes of docs/conventions.md. Twist is positive towards feather. The 6 x 6 matrices refer to axes
+that are rotated by the twist and normal to the reference axis. The schema states "x points to the trailing
 edge, y to the suction side", which with z towards the tip is no right-handed frame; the data of the IEA turbines,
-and the BeamDyn files made from them, have x across the chord and y along it, as here. ``_check_axes`` tests that.
+and the BeamDyn files derived from them, have x across the chord and y along it, as here. ``_check_axes`` tests that.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ OUTBOARD = 0.3
 
 
 @dataclass(frozen=True)
-class Axis:
+class ReferenceAxis:
     """The reference axis.
 
     Attributes:
-      grid: (S,) 0 to 1.
-      x, y, z: (S,) [m] from the blade root.
+      grid: (S,) relative positions, 0 to 1.
+      x, y, z: (S,) [m] coordinates from the blade root.
     """
 
     grid: Float
@@ -55,7 +55,7 @@ def read_blade(tree: Tree, reynolds: float | None) -> tuple[dict[str, Any], dict
     """Content of ``Turbine.blade`` and ``Turbine.airfoils``, as far as available in the file.
 
     Args:
-      reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is taken; by default the highest.
+      reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is used; by default the highest.
     """
     axis = _axis(tree)
     shape, airfoils = _aerodynamics(tree, axis, reynolds)
@@ -63,7 +63,7 @@ def read_blade(tree: Tree, reynolds: float | None) -> tuple[dict[str, Any], dict
     return {"aerodynamics": shape, "structure": structure, "source": tree.source}, airfoils
 
 
-def _axis(tree: Tree) -> Axis:
+def _axis(tree: Tree) -> ReferenceAxis:
     path = f"{BLADE}.reference_axis"
     curves = {c: tree.curve(f"{path}.{c}") for c in "xyz"}
     grid = np.unique(np.concatenate([g for g, _ in curves.values()]))
@@ -73,17 +73,17 @@ def _axis(tree: Tree) -> Axis:
     if max(abs(x[0]), abs(y[0]), abs(z[0])) > 1e-3 * z[-1]:
         raise InputError(f"{tree.where}: {path} must begin at the blade root, at x = y = z = 0")
     tree.note("used", path, "prebend and sweep", f"tip at x {x[-1]:.3g} m, y {y[-1]:.3g} m, z {z[-1]:.6g} m")
-    return Axis(grid, x - x[0], y - y[0], z - z[0])
+    return ReferenceAxis(grid, x - x[0], y - y[0], z - z[0])
 
 
-def _aerodynamics(tree: Tree, axis: Axis, reynolds: float | None) -> tuple[dict[str, Any], dict[str, Any]]:
+def _aerodynamics(tree: Tree, axis: ReferenceAxis, reynolds: float | None) -> tuple[dict[str, Any], dict[str, Any]]:
     curves = [tree.curve(f"{SHAPE}.{name}")[0] for name in ("chord", "twist")]
     grid = np.unique(np.concatenate([[0.0, 1.0], *curves]))
     x, y, z = axis.at(grid)
     chord, twist = tree.at(f"{SHAPE}.chord", grid), np.radians(tree.at(f"{SHAPE}.twist", grid))
     if tree.get(f"{SHAPE}.section_offset_y") is not None:
         leading_edge = tree.at(f"{SHAPE}.section_offset_y", grid)
-    else:  # as windIO 1 has it, in chords
+    else:  # relative to the chord, as in windIO 1
         leading_edge = tree.at(f"{SHAPE}.pitch_axis", grid) * chord
     names, airfoils, centre = blended(tree, SHAPE, grid, reynolds)
     # the aerodynamic centre in the section's axes, x across the chord and y towards the trailing edge
@@ -102,7 +102,7 @@ def _aerodynamics(tree: Tree, axis: Axis, reynolds: float | None) -> tuple[dict[
     return content, airfoils
 
 
-def _structure(tree: Tree, axis: Axis) -> dict[str, Any]:
+def _structure(tree: Tree, axis: ReferenceAxis) -> dict[str, Any]:
     K_grid, M_grid = tree.numbers(f"{ELASTIC}.stiffness_matrix.grid"), tree.numbers(f"{ELASTIC}.inertia_matrix.grid")
     grid = np.unique(np.concatenate([axis.grid, K_grid, M_grid]))
     x, y, z = axis.at(grid)

@@ -1,8 +1,8 @@
 """Baseline controller from a windIO file: speeds, limits and initial gains.
 
-windIO has the schedules of one controller (ROSCO), whose gains hold for its own filters and torque law. They
-are not taken. The pitch gains are those of the NREL 5 MW by similarity (docs/migrate/windio.md): a start, which
-``tune_baseline`` replaces by gains from the turbine's own aerodynamics; the command line does.
+windIO has the schedules of one controller (ROSCO), whose gains are only valid with its filters and torque law. They
+are not used. The pitch gains are those of the NREL 5 MW by similarity (docs/migrate/windio.md): initial values, which
+``tune_baseline`` (called by the command line) replaces by gains from the aerodynamics of the turbine.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
 
     Args:
       rotor_inertia: [kg m^2] of blades and hub about the shaft.
-      ratio: of the gearbox.
-      generator_inertia: [kg m^2] on its own shaft.
+      ratio: gear ratio.
+      generator_inertia: [kg m^2] about the high-speed shaft.
       efficiency: electrical over mechanical power.
     """
     rated, slowest = rotor_speed(tree, "rated_rotor_speed"), rotor_speed(tree, "min_rotor_speed")
@@ -62,7 +62,7 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
         torque["rated_speed"], pitch["reference_speed"] = REGION_3 * ratio * rated, ratio * rated
     if rated is not None and power is not None:
         pitch |= _similar(rated, power, rotor_inertia, ratio, generator_inertia)
-        why = "NREL 5 MW by similarity; meltemi.analysis.tune_baseline gives the turbine's own"
+        why = "NREL 5 MW by similarity; meltemi.analysis.tune_baseline computes gains for this turbine"
         tree.note("approximated", "control.pitch_kp, control.pitch_ki", GAINS, why)
     gain = scaled(tree.number("control.region2_k"), 1.0 / rpm(1.0) ** 2)
     if gain is not None:
@@ -106,7 +106,7 @@ IGNORED = {
 
 
 def _similar(rated: float, power: float, rotor: float, ratio: float, generator: float) -> dict[str, float]:
-    """Pitch gains by Jonkman et al. (2009), section 7, with the pitch sensitivity of the NREL 5 MW per power."""
+    """Pitch gains of Jonkman et al. (2009), section 7, with the pitch sensitivity of the NREL 5 MW per power."""
     inertia = rotor + ratio**2 * generator
     frequency = BANDWIDTH * rated
     unit = inertia * rated / (ratio * SENSITIVITY * power)
@@ -118,7 +118,7 @@ def _similar(rated: float, power: float, rotor: float, ratio: float, generator: 
 
 
 def rotor_inertia(blade: dict[str, Any], hub: dict[str, Any], blades: int) -> float:
-    """[kg m^2] of straight, coned blades and the hub about the shaft."""
+    """Inertia [kg m^2] of straight, coned blades and the hub about the shaft."""
     structure = blade["structure"]
     mass, z = structure["mass_matrix"][:, 0, 0], structure["position"]
     radius = (hub.get("radius", 0.0) + z) * math.cos(hub.get("precone", 0.0))

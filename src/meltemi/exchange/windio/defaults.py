@@ -1,7 +1,7 @@
-"""What windIO has no place for, by the rules of the NREL 5 MW (Jonkman et al. 2009, NREL/TP-500-38060).
+"""Defaults for data that windIO does not have, scaled from the NREL 5 MW (Jonkman et al. 2009, NREL/TP-500-38060).
 
 Damping of blades and tower as ratios of the isolated modes, and the locked yaw bearing as a spring. All are noted as
-approximated, and values beside the file replace them.
+approximated, and supplementary data replace them.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ REPORT = "NREL/TP-500-38060"
 
 
 def supply(data: dict[str, Any], more: Mapping[str, Any], tree: Tree) -> None:
-    """Add to the content of a turbine what neither the file nor the values beside it have.
+    """Add defaults for data that neither the file nor the supplementary data have.
 
     Args:
       data: content from the file, which is changed.
-      more: content beside the file.
+      more: supplementary data.
     """
 
     def lacks(part: str, *names: str) -> bool:
@@ -63,9 +63,10 @@ def supply(data: dict[str, Any], more: Mapping[str, Any], tree: Tree) -> None:
 
 
 def yaw_inertia(data: Mapping[str, Any], more: Mapping[str, Any]) -> float | None:
-    """[kg m^2] of nacelle and rotor about the yaw axis; None if a part is not known.
+    """Inertia [kg m^2] of nacelle and rotor about the yaw axis; None if a value is unknown.
 
-    The rotor has half of its inertia about the shaft, as any with three blades or more, and its mass at the overhang.
+    The diametral inertia of the rotor is half of that about the shaft, as for any rotor with three or more blades; its
+    mass is at the overhang.
     """
     parts = {name: {**data[name], **more.get(name, {})} for name in NEEDED}
     if any(key not in parts[name] for name, keys in NEEDED.items() for key in keys):

@@ -52,10 +52,10 @@ def read_hub(tree: Tree) -> dict[str, Any]:
 
 
 def read_nacelle(tree: Tree) -> dict[str, Any]:
-    """Content of ``Turbine.nacelle``: the drivetrain with generator; the yaw system is a mass of the tower.
+    """Content of ``Turbine.nacelle``: the drivetrain with generator; the mass of the yaw system belongs to the tower.
 
-    The format counts tilt as positive, the overhang along the ground and the height of the rotor apex above the tower
-    top; here the overhang runs along the shaft, and ``shaft_height`` is where shaft and yaw axis meet.
+    The format has positive tilt, a horizontal overhang and the height of the rotor apex above the tower
+    top; here the overhang is along the shaft, and ``shaft_height`` is where shaft and yaw axis meet.
     """
     shape = f"{DRIVE}.outer_shape"
     tilt = scaled(tree.number(f"{shape}.uptilt"), DEGREE)
@@ -103,7 +103,7 @@ def read_drivetrain(tree: Tree) -> dict[str, Any]:
 
 
 def read_yaw(tree: Tree) -> dict[str, Any]:
-    """Content of ``Turbine.yaw``: windIO has the rate only."""
+    """Content of ``Turbine.yaw``: windIO has the yaw rate only."""
     return {**tree.quantities(YAW), "source": tree.source}
 
 
@@ -117,5 +117,5 @@ def read_actuator(tree: Tree) -> dict[str, Any]:
 
 
 def rotor_speed(tree: Tree, key: str) -> float | None:
-    """[rad/s] a rotor speed of the file's ``control``, which is in rpm."""
+    """Rotor speed [rad/s] from the file's ``control``, which is in rpm."""
     return scaled(tree.number(f"control.{key}"), rpm(1.0))

@@ -23,11 +23,12 @@ COEFFICIENTS = {"cl": "lift", "cd": "drag", "cm": "moment"}
 def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tuple[list[str], dict[str, Any], Float]:
     """Airfoils at grid points of the blade.
 
-    Where the file gives no
-    thickness along the blade, it is interpolated through the airfoils' positions (PCHIP, as the format says).
+    Without a distribution of thickness along the blade in the file it is interpolated through the airfoils' positions
+    (PCHIP, as the format specifies).
 
     Returns:
-      names of the stations' airfoils, content of ``Turbine.airfoils``, aerodynamic centres [chord] from the nose.
+      Names of the stations' airfoils, content of ``Turbine.airfoils``, aerodynamic centres [chord] from the leading
+      edge.
     """
     masters = _masters(tree, shape, reynolds)
     thickness = _thickness(tree, shape, grid, masters)
@@ -46,12 +47,12 @@ def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tupl
 def by_thickness(
     thickness: Float, masters: list[dict[str, Any]], source: str
 ) -> tuple[list[str], dict[str, dict[str, Any]]]:
-    """Airfoils of stations, linear in the relative thickness between those of the masters.
+    """Airfoils of stations, linearly interpolated in relative thickness between master airfoils.
 
     Args:
       thickness: (S,) relative thickness of the stations.
-      masters: of each its name, thickness, angles [rad], lift, drag and moment.
-      source: of the masters.
+      masters: name, thickness, angles [rad], lift, drag and moment of each master airfoil.
+      source: origin of the masters.
 
     Returns:
       Names of the stations' airfoils, content of ``Turbine.airfoils``.
@@ -86,7 +87,7 @@ def _rounded(thickness: float) -> float:
 
 def _thickness(tree: Tree, shape: str, grid: Float, masters: list[dict[str, Any]]) -> Float:
     if tree.get(f"{shape}.rthick") is not None:
-        found = tree.at(f"{shape}.rthick", grid)
+        thickness = tree.at(f"{shape}.rthick", grid)
     else:
         from scipy.interpolate import PchipInterpolator
 
@@ -94,22 +95,22 @@ def _thickness(tree: Tree, shape: str, grid: Float, masters: list[dict[str, Any]
             raise InputError(f"{tree.where}: {shape}: rthick is missing, so every airfoil needs a spanwise_position")
         places = {m["position"]: m["thickness"] for m in masters}
         x = np.array(sorted(places))
-        found = PchipInterpolator(x, [places[p] for p in x])(np.clip(grid, x[0], x[-1]))
+        thickness = PchipInterpolator(x, [places[p] for p in x])(np.clip(grid, x[0], x[-1]))
         tree.note("approximated", f"{shape}.rthick", "relative thickness", "PCHIP through the airfoils' positions")
-    return np.round(found / ROUNDING) * ROUNDING
+    return np.round(thickness / ROUNDING) * ROUNDING
 
 
 def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, Any]]:
     """The airfoils used by the blade."""
     library = {str(a.get("name")): a for a in tree.entries("airfoils")}
-    found = []
+    masters = []
     for i, entry in enumerate(tree.entries(f"{shape}.airfoils")):
         name = str(entry.get("name"))
         if name not in library:
             raise InputError(f"{tree.where}: {shape}.airfoils {i + 1} names {name!r}: {did_you_mean(name, library)}")
         airfoil = library[name]
         where = f"airfoils {name}"
-        found.append(
+        masters.append(
             {
                 "name": name,
                 "thickness": _rounded(as_number(airfoil.get("rthick"), f"{tree.where}: {where}: rthick")),
@@ -120,7 +121,7 @@ def _masters(tree: Tree, shape: str, reynolds: float | None) -> list[dict[str, A
                 **_polar(tree, where, airfoil, entry, reynolds),
             }
         )
-    return found
+    return masters
 
 
 def _polar(
@@ -150,9 +151,9 @@ def _polar(
     return {"angles": angles, **mixed}
 
 
-def _chosen(tree: Tree, where: str, found: Any, reynolds: float | None) -> dict[str, tuple[Float, Float]]:
+def _chosen(tree: Tree, where: str, polars: Any, reynolds: float | None) -> dict[str, tuple[Float, Float]]:
     """The polar with the nearest Reynolds number (by ratio)."""
-    sets = as_entries(found, f"{tree.where}: {where}: re_sets")
+    sets = as_entries(polars, f"{tree.where}: {where}: re_sets")
     numbers = [as_number(s.get("re", 1.0), f"{tree.where}: {where}: re") for s in sets]
     if min(numbers) <= 0.0:
         raise InputError(f"{tree.where}: {where}: re must be positive")

@@ -1,4 +1,4 @@
-"""Tower and monopile of a windIO file: upright tubes, from section properties or wall layers."""
+"""Tower and monopile of a windIO file: upright tubes from section properties or wall layers."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ class Tube:
     """Beam properties of a tube.
 
     Attributes:
-      height: (S,) [m] of the stations.
-      diameter: (S,) [m] outer.
-      mass: (S,) [kg/m].
-      bending, torsion: (S,) [N m^2].
-      axial, shear: (S,) [N].
+      height: (S,) [m] height of the stations.
+      diameter: (S,) [m] outer diameter.
+      mass: (S,) [kg/m] mass per length.
+      bending, torsion: (S,) [N m^2] stiffness.
+      axial, shear: (S,) [N] stiffness.
     """
 
     height: Float
@@ -43,10 +43,10 @@ def tube(tree: Tree, part: str, *, outfitted: bool = True) -> Tube:
     """The tube of ``components.tower`` or ``components.monopile``; layers are nested.
 
     Args:
-      outfitted: the mass is that with the outfitting.
+      outfitted: include the outfitting in the mass.
 
     Raises:
-      InputError: something is missing, or a wall is thicker than the tube.
+      InputError: data are missing, or a wall is thicker than the radius.
     """
     axis, shape = f"{part}.reference_axis.z", f"{part}.outer_shape.outer_diameter"
     grids = [tree.curve(axis)[0], tree.curve(shape)[0]]
@@ -82,8 +82,8 @@ def _material(tree: Tree, name: str) -> dict[str, Any]:
     known = {str(m.get("name")): m for m in tree.entries("materials")}
     if name not in known:
         raise InputError(f"{tree.where}: no material {name!r}: {did_you_mean(name, known)}")
-    found: dict[str, Any] = known[name]
-    return found
+    material: dict[str, Any] = known[name]
+    return material
 
 
 def _constant(tree: Tree, material: dict[str, Any], key: str) -> float:
@@ -96,7 +96,7 @@ def _constant(tree: Tree, material: dict[str, Any], key: str) -> float:
 def read_tower(tree: Tree) -> dict[str, Any]:
     """Content of ``Turbine.tower``, as far as available in the file.
 
-    The file's section properties where it has them, otherwise those of its walls.
+    Section properties of the file where available, otherwise from its wall layers.
     """
     part = "components.tower"
     elastic = f"{part}.structure.elastic_properties"
@@ -156,7 +156,7 @@ def read_pile(tree: Tree, mudline: float) -> dict[str, Any]:
     """Content of ``Turbine.foundation``: the monopile, clamped at the mudline.
 
     Raises:
-      InputError: there is no monopile, or it does not reach from the mudline to the tower base.
+      InputError: the file has no monopile, or it does not reach from the mudline to the tower base.
     """
     part = "components.monopile"
     if tree.get(part) is None:
@@ -171,7 +171,7 @@ def read_pile(tree: Tree, mudline: float) -> dict[str, Any]:
         for values in (walls.bending, walls.shear, walls.axial, walls.torsion, walls.mass)
     )
     source = f"{tree.source}: {part}, clamped at {mudline:g} m; no soil, no water"
-    found = pile_foundation(height, bending, shear, axial, torsion, mass, source)
+    foundation = pile_foundation(height, bending, shear, axial, torsion, mass, source)
     piece = tree.number(f"{part}.transition_piece_mass") or 0.0
     tree.note("approximated", part, "monopile", f"springs at its top; clamped at {mudline:g} m, no soil, no water")
-    return found.replace(mass=found.mass + piece).content()
+    return foundation.replace(mass=foundation.mass + piece).content()

@@ -37,7 +37,7 @@ class Tree:
     Attributes:
       where: the file, for messages.
       source: its name, for records.
-      notes: gathered while reading.
+      notes: notes added while reading.
       read: paths of the numbers that were read.
     """
 
@@ -52,14 +52,14 @@ class Tree:
         self.notes.append(ImportNote(kind, where, what, why))
 
     def note_used(self) -> None:
-        """Add a note on each number or list that was read, unless there is one on the same path."""
+        """Add a note on each number or list that was read, unless its path already has one."""
         noted = {part.strip() for note in self.notes for part in note.where.split(",")}
         for path in self.read:
             if path not in noted:
                 self.note("used", path, path.rpartition(".")[2].replace("_", " "))
 
     def place(self, path: str) -> str:
-        """The path where this file has the value: of windIO 2.1, or 2.0."""
+        """The path of a value in this file, according to windIO 2.1 or 2.0."""
         old = KEYS_2_0.get(path)
         return old if old is not None and self._at(path) is None and self._at(old) is not None else path
 
@@ -68,27 +68,27 @@ class Tree:
         return self._at(self.place(path))
 
     def _at(self, path: str) -> Any:
-        found: Any = self.data
+        value: Any = self.data
         for key in path.split("."):
-            if not isinstance(found, dict) or key not in found:
+            if not isinstance(value, dict) or key not in value:
                 return None
-            found = found[key]
-        return found
+            value = value[key]
+        return value
 
     def need(self, path: str) -> Any:
         """The value at a path; an error if it is missing.
 
         Raises:
-          InputError: there is no value.
+          InputError: the value is missing.
         """
-        found: Any = self.data
+        value: Any = self.data
         for i, key in enumerate(path.split(".")):
-            if not isinstance(found, dict) or found.get(key) is None:
+            if not isinstance(value, dict) or value.get(key) is None:
                 above = ".".join(path.split(".")[:i])
-                hint = did_you_mean(key, found) if isinstance(found, dict) else "a dictionary of keys is expected there"
+                hint = did_you_mean(key, value) if isinstance(value, dict) else "a dictionary of keys is expected there"
                 raise InputError(f"{self.where}: {path} is missing; under {above or 'the top'} {hint}")
-            found = found[key]
-        return found
+            value = value[key]
+        return value
 
     def number(self, path: str) -> float | None:
         """A number, or None.
@@ -97,17 +97,17 @@ class Tree:
           InputError: the value is not a finite number.
         """
         path = self.place(path)
-        found = self.get(path)
-        if found is None:
+        value = self.get(path)
+        if value is None:
             return None
         self.read[path] = None
-        return as_number(found, f"{self.where}: {path}")
+        return as_number(value, f"{self.where}: {path}")
 
     def entries(self, path: str) -> list[dict[str, Any]]:
         """A list of entries with keys.
 
         Raises:
-          InputError: it is missing, or no such list.
+          InputError: the list is missing or invalid.
         """
         return as_entries(self.need(path), f"{self.where}: {path}")
 
@@ -117,8 +117,8 @@ class Tree:
         Raises:
           InputError: a value is not a finite number.
         """
-        found = {name: (self.number(path), factor) for name, (path, factor) in table.items()}
-        return {name: value * factor for name, (value, factor) in found.items() if value is not None}
+        quantities = {name: (self.number(path), factor) for name, (path, factor) in table.items()}
+        return {name: value * factor for name, (value, factor) in quantities.items() if value is not None}
 
     def numbers(self, path: str, count: int | None = None) -> Float:
         """A list of numbers.
@@ -126,9 +126,9 @@ class Tree:
         Raises:
           InputError: it is missing, or no list of ``count`` numbers.
         """
-        found = as_numbers(self.need(path), f"{self.where}: {path}", count)
+        array = as_numbers(self.need(path), f"{self.where}: {path}", count)
         self.read[path] = None
-        return found
+        return array
 
     def curve(self, path: str, values: str = "values") -> tuple[Float, Float]:
         """Grid and values of a distributed quantity.
@@ -146,42 +146,42 @@ class Tree:
         return np.interp(grid, *self.curve(path, values))
 
 
-def as_number(found: Any, where: str) -> float:
-    """A number.
+def as_number(value: Any, where: str) -> float:
+    """Check and convert a number.
 
     Raises:
-      InputError: it is not one, or not finite.
+      InputError: the value is not a finite number.
     """
-    if isinstance(found, bool) or not isinstance(found, (int, float)) or not abs(found) < 1e300:
-        raise InputError(f"{where}: expected a number, found {str(found)[:40]!r}")
-    return float(found)
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e300:
+        raise InputError(f"{where}: expected a number, found {str(value)[:40]!r}")
+    return float(value)
 
 
-def as_entries(found: Any, where: str) -> list[dict[str, Any]]:
+def as_entries(value: Any, where: str) -> list[dict[str, Any]]:
     """A list of entries with keys.
 
     Raises:
-      InputError: it is no such list, or empty.
+      InputError: the value is no list of dictionaries, or empty.
     """
-    if found is None:
+    if value is None:
         raise InputError(f"{where} is missing")
-    if not isinstance(found, list) or not found or not all(isinstance(each, dict) for each in found):
-        raise InputError(f"{where}: expected a list of entries with keys, found {str(found)[:40]!r}")
-    return found
+    if not isinstance(value, list) or not value or not all(isinstance(each, dict) for each in value):
+        raise InputError(f"{where}: expected a list of entries with keys, found {str(value)[:40]!r}")
+    return value
 
 
-def as_numbers(found: Any, where: str, count: int | None = None) -> Float:
+def as_numbers(value: Any, where: str, count: int | None = None) -> Float:
     """A list of numbers as an array.
 
     Raises:
-      InputError: it is not one, or has another length.
+      InputError: the value is no list of numbers, or has another length.
     """
     try:
-        array = np.asarray(found, dtype=np.float64)
+        array = np.asarray(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         array = np.array(np.nan)
     if array.ndim != 1 or not np.all(np.isfinite(array)):
-        raise InputError(f"{where}: expected a list of numbers, found {str(found)[:40]!r}")
+        raise InputError(f"{where}: expected a list of numbers, found {str(value)[:40]!r}")
     if count is not None and len(array) != count:
         raise InputError(f"{where}: expected {count} numbers like its grid, found {len(array)}")
     return array
@@ -198,35 +198,35 @@ def parse_quickly(text: str, path: Path) -> dict[str, Any]:
 
     def take(match: re.Match[str]) -> str:
         lists.append(match[1])
-        return f"~list{len(lists) - 1}~" + "\n" * match[1].count("\n")  # lines keep their numbers
+        return f"~list{len(lists) - 1}~" + "\n" * match[1].count("\n")  # keep line numbers for messages
 
-    def put(found: Any) -> Any:
-        if isinstance(found, dict):
-            return {key: put(value) for key, value in found.items()}
-        if isinstance(found, list):
-            return [put(value) for value in found]
-        if isinstance(found, str) and (match := TOKEN.fullmatch(found)):
+    def put(node: Any) -> Any:
+        if isinstance(node, dict):
+            return {key: put(value) for key, value in node.items()}
+        if isinstance(node, list):
+            return [put(value) for value in node]
+        if isinstance(node, str) and (match := TOKEN.fullmatch(node)):
             try:
                 return [float(word) for word in lists[int(match[1])].split(",") if word.strip()]
             except ValueError:
                 return f"[{lists[int(match[1])]}]"
-        return found if not isinstance(found, str) else TOKEN.sub(lambda match: f"[{lists[int(match[1])]}]", found)
+        return node if not isinstance(node, str) else TOKEN.sub(lambda match: f"[{lists[int(match[1])]}]", node)
 
-    found: dict[str, Any] = put(parse(LIST.sub(take, text), path, "a windIO turbine"))
-    return found
+    content: dict[str, Any] = put(parse(LIST.sub(take, text), path, "a windIO turbine"))
+    return content
 
 
 def load(path: Path) -> Tree:
     """Parse a windIO file.
 
     Raises:
-      InputError: the file is missing, is no YAML, or no windIO 2 turbine.
+      InputError: the file is missing, not YAML, or not a windIO 2 turbine.
     """
     data = parse_quickly(read_text(path), path)
     components = data.get("components")
     if not isinstance(components, dict) or not isinstance(components.get("blade"), dict):
-        found = ", ".join(str(key) for key in list(data)[:6])
-        raise InputError(f"{path}: not a windIO turbine: components.blade is missing (found: {found})")
+        keys = ", ".join(str(key) for key in list(data)[:6])
+        raise InputError(f"{path}: not a windIO turbine: components.blade is missing (found: {keys})")
     if "outer_shape_bem" in components["blade"]:
         raise InputError(f"{path}: this is windIO 1; convert it to windIO 2 with windIO.converters.windIO2windIO first")
     return Tree(data, str(path))

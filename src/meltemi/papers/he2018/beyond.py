@@ -22,7 +22,7 @@ from meltemi.papers.he2018.runs import (
     RIVALS,
     SPEED,
     TRAVEL,
-    Runs,
+    LoadControlRuns,
 )
 from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval, rayleigh_weights
 from meltemi.report.tables import number
@@ -41,7 +41,7 @@ LOADS = {"RootMyc1 DEL": BLADE_SLOPE, "RootMxc1 DEL": BLADE_SLOPE, "TwrBsMyt DEL
 
 
 def duty(c: Comparison, name: str, scheme: str) -> float:
-    """[deg/s] mean actuator travel."""
+    """Mean actuator travel [deg/s]."""
     return float(np.degrees(c.values(name, scheme).mean()))
 
 
@@ -70,14 +70,14 @@ _MAIN = (
 )
 
 
-def rivals(runs: Runs) -> Table:
-    """Schemes without preview at the paper's wind speed."""
+def rivals(runs: LoadControlRuns) -> Table:
+    """Table of the schemes without preview at the paper's wind speed."""
     schemes = (*PARTS[1:], *RIVALS, TRAVEL)
     return schemes_table(runs.readings[CLASS_B], schemes, f"All schemes at {SPEED:g} m/s, {CLASS_B}")
 
 
-def best(runs: Runs, reading: str) -> Table:
-    """The paper's proposal and combinations with preview, with errors of the measurement."""
+def best(runs: LoadControlRuns, reading: str) -> Table:
+    """Table of the paper's proposal and combinations with preview, with measurement errors."""
     c = runs.readings[reading]
     table = schemes_table(c, ("cpfc", *PREVIEWS), f"The paper's CPFC and preview, {reading}")
     std, load = (100.0 * c.ceiling_change(2, name).mean for name in ("std", "load"))
@@ -102,8 +102,8 @@ DIVISION = (
 )
 
 
-def not_detuned(runs: Runs) -> str:
-    """CPFC as the paper has it, flaps added to an IPC that stays as it is, and what that costs."""
+def not_detuned(runs: LoadControlRuns) -> str:
+    """Table of CPFC as in the paper, flaps added to an unchanged IPC, and the effort."""
     b, c = runs.bench, runs.readings[CLASS_B]
     margin = {s: margins(b.linear, b.loops(s), sample_time=default_step(b.model))[1] for s in ("cpfc", ADDED)}
     std, load, plane = (percent(change(c, name, ADDED)) for name in ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL"))
@@ -114,12 +114,12 @@ def not_detuned(runs: Runs) -> str:
     )
 
 
-def division(runs: Runs, *, edge: bool = True) -> Table:
-    """Designs that divide the frequencies in different ways: overlap, margins and loads.
+def division(runs: LoadControlRuns, *, edge: bool = True) -> Table:
+    """Designs with different divisions of the frequencies: overlap, margins and loads.
 
     Args:
-      runs: of the schemes.
-      edge: show the edgewise mode, which has the frequency of the paper's turbine.
+      runs: results of the schemes.
+      edge: show the edgewise mode, whose frequency is that of the paper's turbine.
     """
     b, c = runs.bench, runs.readings[CLASS_B]
     dt, speed = default_step(b.model), b.linear[0].point.rotor_speed
@@ -146,7 +146,7 @@ def division(runs: Runs, *, edge: bool = True) -> Table:
     return Table(head, rows, f"Designs of the loops at {SPEED:g} m/s", note=note)
 
 
-def equal_travel(runs: Runs) -> Table:
+def equal_travel(runs: LoadControlRuns) -> Table:
     """Flap loops at equal actuator travel, in winds used for tuning only."""
     load, allowed = runs.travel["cpfc"]
     rows = []
@@ -171,7 +171,7 @@ def equal_travel(runs: Runs) -> Table:
     )
 
 
-def below_rated(runs: Runs) -> Table:
+def below_rated(runs: LoadControlRuns) -> Table:
     """Loads and energy of the schemes below rated wind speed, with the pitch at its lower limit."""
     rows = []
     for u, c in runs.speeds.items():
@@ -187,18 +187,18 @@ def below_rated(runs: Runs) -> Table:
     return Table(head, rows, "Below rated: changes against CPC", text_columns=2)
 
 
-def at_speed(runs: Runs, speed: float) -> Comparison:
+def at_speed(runs: LoadControlRuns, speed: float) -> Comparison:
     """Comparison of the schemes at a wind speed, in turbulence of the wind class."""
     return runs.readings[CLASS_B] if speed == SPEED else runs.speeds[speed]
 
 
-def lifetime_speeds(runs: Runs) -> list[float]:
-    """[m/s] simulated wind speeds of the lifetime."""
+def lifetime_speeds(runs: LoadControlRuns) -> list[float]:
+    """Simulated wind speeds [m/s] for the lifetime loads."""
     return sorted({u for u in (*runs.speeds, SPEED) if u in LIFETIME_SPEEDS})
 
 
-def lifetime(runs: Runs) -> Table:
-    """Lifetime damage-equivalent loads, energy and actuator duty."""
+def lifetime(runs: LoadControlRuns) -> Table:
+    """Table of lifetime damage-equivalent loads, energy and actuator duty."""
     speeds = lifetime_speeds(runs)
     rows, base = [], dict[str, float]()
     for scheme in ALL_SPEEDS:
@@ -228,23 +228,23 @@ def lifetime(runs: Runs) -> Table:
     )
 
 
-def lifetime_load(runs: Runs, scheme: str, name: str) -> float:
-    """[N m] lifetime damage-equivalent load at 1 Hz."""
+def lifetime_load(runs: LoadControlRuns, scheme: str, name: str) -> float:
+    """Lifetime damage-equivalent load [N m] at 1 Hz."""
     speeds = lifetime_speeds(runs)
     slope = LOADS[name]
     loads = [ensemble_load(at_speed(runs, u).values(name, scheme), slope) for u in speeds]
     return lifetime_del(speeds, loads, slope=slope, mean_speed=MEAN_WIND)
 
 
-def lifetime_mean(runs: Runs, scheme: str, name: str) -> float:
+def lifetime_mean(runs: LoadControlRuns, scheme: str, name: str) -> float:
     """Mean of a quantity [SI] over the wind speed distribution."""
     speeds = lifetime_speeds(runs)
     values = [at_speed(runs, u).values(name, scheme).mean() for u in speeds]
     return float(np.average(values, weights=rayleigh_weights(speeds, MEAN_WIND)))
 
 
-def winds(runs: Runs) -> Table:
-    """Changes and ceilings in other winds and with a stiffer blade."""
+def winds(runs: LoadControlRuns) -> Table:
+    """Changes and upper limits in other winds and with a stiffer blade."""
 
     def row(name: str, c: Comparison) -> list[str]:
         base = number(float(c.values("RootMyc1 std", "cpc").mean()) * 1e-3)
@@ -270,8 +270,8 @@ def winds(runs: Runs) -> Table:
     return Table(head, rows, caption, note=note)
 
 
-def lifetime_words(runs: Runs) -> str:
-    """What the schemes take of the blades' equivalent load, and the pitch travel for it."""
+def lifetime_words(runs: LoadControlRuns) -> str:
+    """Sentence on the load reduction of the blades by the schemes, and the pitch travel for it."""
     loads = {s: lifetime_load(runs, s, "RootMyc1 DEL") for s in ALL_SPEEDS}
     saved = {s: 100.0 * (1.0 - loads[s] / loads["cpc"]) for s in ALL_SPEEDS}
     travel = {s: lifetime_mean(runs, s, "pitch travel") for s in ALL_SPEEDS}
@@ -282,15 +282,15 @@ def lifetime_words(runs: Runs) -> str:
     )
 
 
-def energy_words(runs: Runs) -> str:
-    """What the schemes cost of the energy."""
+def energy_words(runs: LoadControlRuns) -> str:
+    """Sentence on the energy lost by the schemes."""
     energy = {s: lifetime_mean(runs, s, "power mean") for s in ALL_SPEEDS}
     names = {"ipc": "IPC", "cpfc": "CPFC", "flaps12": "flaps alone"}
     return ", ".join(f"{name} {100.0 * (1.0 - energy[s] / energy['cpc']):.1f} %" for s, name in names.items())
 
 
-def found_words(runs: Runs) -> str:
-    """What the schemes do on any turbine, without a recommendation."""
+def findings_text(runs: LoadControlRuns) -> str:
+    """Effects of the schemes on any turbine, without a recommendation."""
     changes = [percent(change(runs.readings[CLASS_B], "RootMyc1 DEL", scheme)) for scheme in ("ipc2", "cpfc")]
     return (
         f"{lifetime_words(runs)} At {SPEED:g} m/s 2P pitch changes it by {changes[0]}, 2P flaps by {changes[1]}. "
@@ -298,7 +298,7 @@ def found_words(runs: Runs) -> str:
     )
 
 
-def verdict(runs: Runs) -> str:
+def verdict(runs: LoadControlRuns) -> str:
     """Recommended scheme for the paper's turbine, from the results."""
     c = runs.readings[CLASS_B]
     two = mean_interval(change(c, "RootMyc1 DEL", "ipc2"))

@@ -29,7 +29,7 @@ from meltemi.papers.he2018.measures import (
     share_at,
     thin_airfoil,
 )
-from meltemi.papers.he2018.runs import CLASS_B, FAST, FAST_MODEL, FULL, SPEED, THREE, Runs
+from meltemi.papers.he2018.runs import CLASS_B, FAST, FAST_MODEL, FULL, SPEED, THREE, LoadControlRuns
 from meltemi.papers.verdict import (
     HOLDS,
     Judged,
@@ -102,11 +102,11 @@ class Rule:
 class RuleOfRuns:
     """The same for claims that hinge on no reading, or on the model alone."""
 
-    of: Callable[[Runs, Stated], Finding]
+    of: Callable[[LoadControlRuns, Stated], Finding]
     tolerance: str = ""
 
 
-def claims(runs: Runs, readings: Mapping[str, Comparison] | None = None) -> list[Claim]:
+def claims(runs: LoadControlRuns, readings: Mapping[str, Comparison] | None = None) -> list[Claim]:
     """All claims of ``claims.csv``, judged in all readings of model and wind.
 
     Args:
@@ -125,7 +125,7 @@ def not_detuned(readings: Mapping[str, Comparison]) -> dict[str, Comparison]:
     return {name: replace(c, runs={**c.runs, "cpfc": c.runs[ADDED]}) for name, c in readings.items()}
 
 
-def _judged(runs: Runs, readings: Mapping[str, Comparison], stated: Stated) -> list[Claim]:
+def _judged(runs: LoadControlRuns, readings: Mapping[str, Comparison], stated: Stated) -> list[Claim]:
     rule = RULES[stated["kind"]]
     if isinstance(rule, RuleOfRuns):
         finding = rule.of(runs, stated)
@@ -262,7 +262,7 @@ def _flaps(c: Comparison, stated: Stated) -> Finding:
 # rules of claims that hinge on no reading of the wind
 
 
-def _absolute(runs: Runs, stated: Stated) -> Finding:
+def _absolute(runs: LoadControlRuns, stated: Stated) -> Finding:
     c = runs.readings[CLASS_B]
     units = {q.name: (q.unit, q.factor) for q in c.quantities}
     parts = []
@@ -273,7 +273,7 @@ def _absolute(runs: Runs, stated: Stated) -> Finding:
     return Finding("; ".join(parts) + f" ({CLASS_B})", NONE)
 
 
-def _turbine(runs: Runs, stated: Stated) -> Finding:
+def _turbine(runs: LoadControlRuns, stated: Stated) -> Finding:
     turbine = runs.bench.model.turbine
     models = {FAST: build(turbine, FAST_MODEL), FULL: runs.bench.model}
     pitch = {name: float(np.degrees(operating_point(model, SPEED).pitch)) for name, model in models.items()}
@@ -282,7 +282,7 @@ def _turbine(runs: Runs, stated: Stated) -> Finding:
     return Finding(ours, by_reading({name: near[name.partition(",")[0]] for name in runs.judged}))
 
 
-def _flap(runs: Runs, stated: Stated) -> Finding:
+def _flap(runs: LoadControlRuns, stated: Stated) -> Finding:
     (lift, moment), (ideal, ideal_moment) = flap_slopes(), thin_airfoil(naca64618_flap().chord_fraction)
     ours = (
         f"{lift * pi / 180:.4f} per deg, {lift / ideal:.2f} of thin-airfoil theory ({ideal * pi / 180:.4f}); moment "

@@ -1,4 +1,4 @@
-"""Control designs beside the paper's: loops divided by frequency in other ways, preview of the wind and its errors."""
+"""Control designs other than the paper's: other divisions of frequencies, preview of the wind and its errors."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from meltemi.control_laws.load_control import HarmonicLoop
 from meltemi.controllers.names import SCHEMES, Target
 from meltemi.controllers.tuning import LoopTuning, tune_loops
 from meltemi.simulation.bladed.rotor import BladedModel
-from meltemi.studies.preview import Lidar
+from meltemi.studies.preview import LidarErrors
 
 ADDED, WHOLE_LEAD = "ipc as it is, with flaps", "cpfc, whole lead"
 NARROW = 0.5
@@ -23,14 +23,14 @@ def _loops(tunings: Tunings, scheme: str) -> tuple[HarmonicLoop, ...]:
 
 
 def added(tunings: Tunings) -> tuple[HarmonicLoop, ...]:
-    """The paper's loops: flaps beside an IPC that stays as it is."""
+    """The paper's loops: flaps added to an unchanged IPC."""
     return _loops(tunings, "ipc") + _loops(tunings, "flaps")
 
 
 def designs(model: BladedModel, linear: Sequence[LinearModel], tunings: Tunings) -> dict[str, tuple[HarmonicLoop, ...]]:
-    """Loops of 1P pitch and 2P flaps that are not those of the rule.
+    """Loops of 1P pitch and 2P flaps that deviate from the tuning rule.
 
-    "Whole lead" has the proportional part that takes back all of the band-pass's delay, "narrow" narrow band-passes.
+    "Whole lead" has a proportional part that compensates the full delay of the band-pass, "narrow" narrow band-passes.
     """
 
     of = partial(_loops, tunings)
@@ -43,8 +43,8 @@ def designs(model: BladedModel, linear: Sequence[LinearModel], tunings: Tunings)
         )
 
     def narrow(scheme: str) -> tuple[HarmonicLoop, ...]:
-        found = tune_loops(model, SCHEMES[scheme].loops, linear=linear, filter_damping=NARROW)
-        return tuple(tuning.loop for tuning in found)
+        narrow_tuning = tune_loops(model, SCHEMES[scheme].loops, linear=linear, filter_damping=NARROW)
+        return tuple(tuning.loop for tuning in narrow_tuning)
 
     not_detuned = added(tunings)
     return {
@@ -57,11 +57,11 @@ def designs(model: BladedModel, linear: Sequence[LinearModel], tunings: Tunings)
 
 
 SLOW, DECAY, LOST = 0.25, 10.0, 0.3
-LIDARS: Mapping[str, Lidar] = {
-    "30 % lost": Lidar(lost=LOST),
-    "evolving turbulence": Lidar(decay=DECAY),
-    "4 beams": Lidar(beams=4),
-    "4 beams, 0.25 rad/s": Lidar(SLOW, beams=4),
-    "all errors, 0.25 rad/s": Lidar(SLOW, 4, DECAY, LOST),
+LIDARS: Mapping[str, LidarErrors] = {
+    "30 % lost": LidarErrors(lost=LOST),
+    "evolving turbulence": LidarErrors(decay=DECAY),
+    "4 beams": LidarErrors(beams=4),
+    "4 beams, 0.25 rad/s": LidarErrors(SLOW, beams=4),
+    "all errors, 0.25 rad/s": LidarErrors(SLOW, 4, DECAY, LOST),
 }
 """Errors of the measurement, by name. Their sizes are assumed."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from meltemi.papers.claim import rows_of
 from meltemi.papers.he2018.beyond import at_speed
 from meltemi.papers.he2018.measures import change, thin_airfoil
-from meltemi.papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, THREE, Runs
+from meltemi.papers.he2018.runs import ALL_SPEEDS, CLASS_B, PAPER, SPEED, THREE, LoadControlRuns
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import ABOVE, heading, new_figure, panel
@@ -34,8 +34,8 @@ WIDTH = 7.4
 """[in] of all figures, so that letters are legible in the text column of a page of 1200 pixels."""
 
 
-def polars(runs: Runs) -> Figure:
-    """Fig. 4: lift of the flapped section, and the increments beside thin-airfoil theory."""
+def polars(runs: LoadControlRuns) -> Figure:
+    """Fig. 4: lift of the section with flap, and the increments compared with thin-airfoil theory."""
     figure, axes = new_figure(2, size=(WIDTH, 8.0), share=False)
     rows = np.array([[float(word) for word in line.split()] for line in LIFT_TABLE.strip().splitlines()])
     for j, delta in enumerate(DEFLECTION):
@@ -56,8 +56,8 @@ def polars(runs: Runs) -> Figure:
     return figure
 
 
-def hub_wind(runs: Runs) -> Figure:
-    """Fig. 5: wind at the hub."""
+def hub_wind(runs: LoadControlRuns) -> Figure:
+    """Fig. 5: wind speed at the hub."""
     figure, axes = new_figure(len(runs.readings), size=(WIDTH, 1.9 * len(runs.readings) + 0.6))
     for ax, (reading, c) in zip(axes[:, 0], runs.readings.items(), strict=True):
         result = c.results("cpc")
@@ -68,10 +68,10 @@ def hub_wind(runs: Runs) -> Figure:
     return figure
 
 
-def shown(*panels: Panel) -> Callable[[Runs], Figure]:
-    """Panels over the time window of the paper, one curve for each scheme."""
+def shown(*panels: Panel) -> Callable[[LoadControlRuns], Figure]:
+    """Draw panels over the time window of the paper, one curve for each scheme."""
 
-    def draw(runs: Runs) -> Figure:
+    def draw(runs: LoadControlRuns) -> Figure:
         c = runs.readings[CLASS_B]
         results = {scheme.upper(): c.results(scheme).between(*c.windows[PAPER]) for scheme in THREE}
         figure = series(panels, results, height=2.1, rest=0.7)
@@ -81,17 +81,19 @@ def shown(*panels: Panel) -> Callable[[Runs], Figure]:
     return draw
 
 
-def spectra(runs: Runs) -> Figure:
+def spectra(runs: LoadControlRuns) -> Figure:
     """Fig. 9: power spectral density of RootMyc1, mean over seeds, for all readings of model and wind."""
     figure, axes = new_figure(len(runs.judged), size=(WIDTH, 2.7 * len(runs.judged)))
     for ax, (reading, c) in zip(axes[:, 0], runs.judged.items(), strict=True):
-        found = {scheme.upper(): c.spectrum("RootMyc1", scheme) for scheme in THREE}
-        plot_spectra(found, "RootMyc1", rotor=c.rotor_frequency(), harmonics=(1, 2, 3, 4), highest=HIGHEST, ax=ax)
+        spectra_by_scheme = {scheme.upper(): c.spectrum("RootMyc1", scheme) for scheme in THREE}
+        plot_spectra(
+            spectra_by_scheme, "RootMyc1", rotor=c.rotor_frequency(), harmonics=(1, 2, 3, 4), highest=HIGHEST, ax=ax
+        )
         ax.set_title(f"Fig. 9: PSD of RootMyc1, {reading}", fontsize=9)
     return figure
 
 
-def actuators(runs: Runs) -> Figure:
+def actuators(runs: LoadControlRuns) -> Figure:
     """Fig. 11: pitch of blade 1 by scheme, and the three flaps of CPFC."""
     c = runs.readings[CLASS_B]
     figure, axes = new_figure(2, size=(WIDTH, 5.0))
@@ -110,8 +112,8 @@ def actuators(runs: Runs) -> Figure:
     return figure
 
 
-def numbers(runs: Runs) -> Figure:
-    """Tables 2 to 5 and Fig. 12: changes against CPC, means over seeds with intervals, beside the paper's."""
+def numbers(runs: LoadControlRuns) -> Figure:
+    """Tables 2 to 5 and Fig. 12: changes against CPC, means over seeds with intervals, compared with the paper."""
     stated = [
         row for row in rows_of("he2018", "claims.csv").values() if row["kind"] == "near" and "/" not in row["scheme"]
     ]
@@ -119,11 +121,11 @@ def numbers(runs: Runs) -> Figure:
     figure, axes = new_figure(1, size=(WIDTH, 0.42 * len(names) + 1.3))
     ax, y = axes[0, 0], np.arange(len(names))
     for i, (reading, c) in enumerate(runs.judged.items()):
-        found = [mean_interval(change(c, name, scheme)) for name, scheme, _ in names]
-        width = [0.0 if e.n < 2 else e.half_width for e in found]
+        intervals = [mean_interval(change(c, name, scheme)) for name, scheme, _ in names]
+        width = [0.0 if e.n < 2 else e.half_width for e in intervals]
         at = y + 0.19 * (i - 0.5 * (len(runs.judged) - 1))
         look = {"color": COLOURS[i], "linestyle": "", "marker": "o", "markersize": 4, "capsize": 2}
-        ax.errorbar([e.mean for e in found], at, xerr=width, label=reading, **look)
+        ax.errorbar([e.mean for e in intervals], at, xerr=width, label=reading, **look)
     ax.plot([paper for *_, paper in names], y, color=INK, marker="D", markersize=5, linestyle="", label="paper")
     ax.axvline(0.0, color=INK, linewidth=0.8)
     ax.set_yticks(y, [f"{name}, {scheme.upper()}" for name, scheme, _ in names])
@@ -137,7 +139,7 @@ def numbers(runs: Runs) -> Figure:
 _UNSTATED = [(f"{name} DEL", s, np.nan) for name in ("RootMxc1", "Myaw", "Mtilt") for s in ("ipc", "cpfc")]
 
 
-def over_speeds(runs: Runs) -> Figure:
+def over_speeds(runs: LoadControlRuns) -> Figure:
     """Change of loads over wind speed, beyond the paper."""
     every = sorted({*runs.speeds, SPEED})
     names = ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
@@ -154,13 +156,13 @@ def over_speeds(runs: Runs) -> Figure:
 
 
 def bode(loops: Mapping[str, LoopTuning]) -> Figure:
-    """Loops of CPFC, in the width of a page."""
+    """Bode diagram of the loops of CPFC in the width of a page."""
     figure = plot_tuning(loops)
     figure.set_size_inches(1.25 * WIDTH, 6.4)
     return figure
 
 
-FIGURES: Mapping[str, tuple[str, Callable[[Runs], Figure]]] = {
+FIGURES: Mapping[str, tuple[str, Callable[[LoadControlRuns], Figure]]] = {
     "fig04_polars": ("Lift of the flapped section, and what the flap adds beside thin-airfoil theory", polars),
     "fig05_wind": ("Wind at the hub, first seed", hub_wind),
     "fig06_root_moments": (

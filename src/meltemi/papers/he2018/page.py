@@ -15,9 +15,9 @@ from meltemi.papers.he2018.claims import claims, not_detuned
 from meltemi.papers.he2018.figures import FIGURES, bode, over_speeds
 from meltemi.papers.he2018.measures import CEILINGS, change, likelihood, percent, reached
 from meltemi.papers.he2018.reasons import reasons
-from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, Runs, run_all
+from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, LoadControlRuns, run_all
 from meltemi.papers.he2018.verdicts import counts_words, verdicts_table
-from meltemi.papers.study import Contents, Draw, Study, applied, tabled, worded
+from meltemi.papers.study import Contents, Draw, Study, applied, guarded_table, guarded_text
 from meltemi.papers.verdict import UNJUDGED
 from meltemi.reports.blocks import Block, Part, Section, Table
 from meltemi.reports.ensemble_tables import with_interval
@@ -26,7 +26,7 @@ from meltemi.tuning.run_store import guarded
 from meltemi.turbine.definition import Turbine
 
 
-def ceiling_table(runs: Runs) -> Table:
+def ceiling_table(runs: LoadControlRuns) -> Table:
     """Table of ceilings and of the fractions that are reached."""
     rows, window = [], False
     for reading, c in runs.readings.items():
@@ -45,7 +45,7 @@ def ceiling_table(runs: Runs) -> Table:
     return Table(head, rows, "Ceilings", text_columns=2, note=note)
 
 
-def gains_table(runs: Runs) -> Table:
+def gains_table(runs: LoadControlRuns) -> Table:
     """Table of tuned gains."""
     rows = []
     for name, scheme in SCHEMES.items():
@@ -72,12 +72,12 @@ def gains_table(runs: Runs) -> Table:
     return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2, note=note)
 
 
-def _lead(runs: Runs, lines: list[Claim], beside: list[Claim]) -> str:
+def _lead(runs: LoadControlRuns, lines: list[Claim], beside: list[Claim]) -> str:
     c = runs.readings[CLASS_B]
     share = {scheme: f"{100.0 * reached(c, scheme, 'std').mean:.0f} %" for scheme in CEILINGS}
     ideal, worst = (percent(change(c, "RootMyc1 std", scheme)) for scheme in (BEST, PREVIEWS[-1]))
     tower = percent(change(c, "TwrBsMyt DEL", PREVIEWS[-1]))
-    wind = guarded(lambda: search.told_briefly(search.estimate(runs)), lambda why: "")
+    wind = guarded(lambda: search.intensity_text(search.estimate(runs)), lambda why: "")
 
     def std(scheme: str) -> str:
         return ", ".join(percent(change(c, "RootMyc1 std", scheme)) for c in runs.judged.values())
@@ -93,12 +93,12 @@ def _lead(runs: Runs, lines: list[Claim], beside: list[Claim]) -> str:
     )
 
 
-def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Section]:
+def _chapters(runs: LoadControlRuns, draw: Draw, *, paper: bool) -> dict[str, Section]:
     """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
     divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
-    built = Part("Which scheme we would build", [worded(partial(beyond.verdict, runs), "Which scheme to build")])
-    not_detuned = worded(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
-    wanted: dict[str, tuple[str, list[Callable[[Runs], Table]]]] = {
+    built = Part("Which scheme we would build", [guarded_text(partial(beyond.verdict, runs), "Which scheme to build")])
+    not_detuned = guarded_text(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
+    wanted: dict[str, tuple[str, list[Callable[[LoadControlRuns], Table]]]] = {
         "ceilings": ("How much was there to gain", [ceiling_table]),
         "gains": ("Gains", [gains_table]),
         "division": (divided, [partial(beyond.division, edge=paper)]),
@@ -121,12 +121,12 @@ def _chapters(runs: Runs, draw: Draw, *, paper: bool) -> dict[str, Section]:
         ],
     }
     return {
-        name: Section(heading, [*(tabled(heading, partial(of, runs)) for of in several), *below.get(name, [])])
+        name: Section(heading, [*(guarded_table(heading, partial(of, runs)) for of in several), *below.get(name, [])])
         for name, (heading, several) in wanted.items()
     }
 
 
-def _facts(runs: Runs) -> list[tuple[str, str]]:
+def _facts(runs: LoadControlRuns) -> list[tuple[str, str]]:
     turbine, setup = runs.bench.model.turbine, runs.setup
     flaps = ", ".join(f"{100.0 * flap.begin:.0f} to {100.0 * flap.end:.0f} %" for flap in turbine.blade.flaps)
     actuator = f"{turbine.pitch_actuator.natural_frequency:g} rad/s"
@@ -138,7 +138,7 @@ def _facts(runs: Runs) -> list[tuple[str, str]]:
     ]
 
 
-def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
+def contents(runs: LoadControlRuns, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
     lines = claims(runs)
     beside = guarded(lambda: claims(runs, not_detuned(runs.judged)), lambda why: [])
@@ -149,16 +149,16 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
     )
 
     def verdicts() -> Table:
-        return tabled("Verdicts by model and wind", lambda: verdicts_table(lines, beside, list(runs.judged)))
+        return guarded_table("Verdicts by model and wind", lambda: verdicts_table(lines, beside, list(runs.judged)))
 
     why = reason_lines(guarded(partial(reasons, runs), lambda why: {"reasons": UNJUDGED + why}))
-    winds = [tabled("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
+    winds = [guarded_table("Other winds", partial(of, runs)) for of in (beyond.winds, search.search_table)]
     likely: list[Block] = [
-        worded(lambda: search.told(search.estimate(runs)), "The most likely wind"),
+        guarded_text(lambda: search.wind_estimate_text(search.estimate(runs)), "The most likely wind"),
         draw("likelihood", "Likelihood of the paper's changes by wind", lambda: search.surface(runs)),
     ]
     return Contents(
-        lead=worded(partial(_lead, runs, lines, beside), "What came of it"),
+        lead=guarded_text(partial(_lead, runs, lines, beside), "What came of it"),
         chapters={
             "readings": Section("By model and wind", [verdicts()]),
             "claims": Section("Claim by claim", [claims_table(lines), words, *why]),
@@ -166,22 +166,22 @@ def contents(runs: Runs, out: Path, draw: Draw) -> Contents:
             **_chapters(runs, draw, paper=True),
         },
         facts=_facts(runs),
-        shown=[brief(claims_table(lines)), verdicts(), tabled("Ceilings", lambda: ceiling_table(runs))],
+        shown=[brief(claims_table(lines)), verdicts(), guarded_table("Ceilings", lambda: ceiling_table(runs))],
     )
 
 
-def of_turbine(turbine: Turbine) -> Study[Runs]:
+def of_turbine(turbine: Turbine) -> Study[LoadControlRuns]:
     """The schemes on another turbine, in the wind of the class."""
 
-    def contents_of(runs: Runs, out: Path, draw: Draw) -> Contents:
-        lead, rivals = worded(partial(beyond.found_words, runs), "The schemes"), partial(beyond.rivals, runs)
-        return Contents(lead, _chapters(runs, draw, paper=False), _facts(runs), [tabled("Schemes", rivals)])
+    def contents_of(runs: LoadControlRuns, out: Path, draw: Draw) -> Contents:
+        lead, rivals = guarded_text(partial(beyond.findings_text, runs), "The schemes"), partial(beyond.rivals, runs)
+        return Contents(lead, _chapters(runs, draw, paper=False), _facts(runs), [guarded_table("Schemes", rivals)])
 
     words = "Combined pitch and flap control of He et al. (2018)"
     return applied(STUDY, turbine, words, run=partial(run_all, turbine=turbine), contents=contents_of)
 
 
-STUDY: Study[Runs] = Study(
+STUDY: Study[LoadControlRuns] = Study(
     name="he2018",
     title="He et al. (2018): combined individual pitch and flap control, reproduced",
     source="He, K., Qi, L., Zheng, L., Chen, Y. (2018): Combined pitch and trailing edge flap control for load "

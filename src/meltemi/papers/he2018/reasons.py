@@ -9,7 +9,19 @@ from meltemi.papers.claim import reasons_of, rows_of
 from meltemi.papers.he2018.claims import Stated, as_far, scheme_change
 from meltemi.papers.he2018.designs import WHOLE_LEAD
 from meltemi.papers.he2018.measures import change, edgewise, likelihood, percent, share_of_harmonics
-from meltemi.papers.he2018.runs import CALM, CLASS_B, EDITION_2, FAST, FULL, HALF, LESS, MODEL_PARTS, SHORT, THREE, Runs
+from meltemi.papers.he2018.runs import (
+    CALM,
+    CLASS_B,
+    EDITION_2,
+    FAST,
+    FULL,
+    HALF,
+    LESS,
+    MODEL_PARTS,
+    SHORT,
+    THREE,
+    LoadControlRuns,
+)
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.tuning.compare import Comparison
@@ -18,7 +30,7 @@ STATED_MYC = [rows_of("he2018", "claims.csv")[key] for key in ("1", "2", "24", "
 """Standard deviation and equivalent load of RootMyc1, by IPC and CPFC."""
 
 
-def reasons(runs: Runs) -> dict[str, str]:
+def reasons(runs: LoadControlRuns) -> dict[str, str]:
     """Reasons for differences, by key, each with the experiment that shows it."""
     c = runs.readings[CLASS_B]
     calm, less = ({FAST: runs.study(f"{FAST}, {name}"), FULL: runs.study(name)} for name in (CALM, LESS))

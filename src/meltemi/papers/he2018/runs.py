@@ -1,4 +1,4 @@
-"""All simulations of the reproduction: the paper's set-up, rivals, other wind speeds, other winds."""
+"""All simulations of the reproduction: the paper's set-up, alternative schemes, other wind speeds, other winds."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from meltemi.papers.study import Progress
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.studies.preview import Lidar, measured, preview_of, steady_pitch
+from meltemi.studies.preview import LidarErrors, measured, preview_of, steady_pitch
 from meltemi.tuning.compare import WHOLE, Comparison, compare
 from meltemi.tuning.run_store import FailedResult, attempt
 from meltemi.turbine.definition import Turbine
@@ -64,17 +64,17 @@ SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
 
 
 @dataclass(frozen=True)
-class Setup:
+class LoadControlSetup:
     """Extent of the simulations.
 
     Attributes:
-      seeds: of turbulence.
-      duration: [s] of a run.
-      transient: [s] that are not judged.
-      window: [s] that the paper discusses.
-      speeds: [m/s] beside the paper's.
-      study_seeds: of the study of winds.
-      grid: simulate the winds of the grid, of which the paper's is estimated; that needs many minutes.
+      seeds: turbulence seeds.
+      duration: [s] duration of a run.
+      transient: [s] excluded initial transient.
+      window: [s] time window that the paper discusses.
+      speeds: [m/s] wind speeds in addition to the paper's.
+      study_seeds: seeds for the study of winds.
+      grid: simulate the grid of winds for the estimate of the paper's wind, which takes many minutes.
     """
 
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
@@ -87,26 +87,26 @@ class Setup:
 
     @property
     def windows(self) -> dict[str, tuple[float, float]]:
-        """Windows for ``compare``: the paper's, and all of its length, one after the other."""
+        """Windows for ``compare``: that of the paper, and consecutive ones of the same length."""
         length = self.window[1] - self.window[0]
         begins = np.arange(self.transient, self.duration - length + 1e-9, length)
         return {PAPER: self.window} | {f"from {u:g} s": (u, u + length) for u in begins.tolist()}
 
 
-QUICK = Setup(seeds=(1,), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,), grid=False)
+QUICK = LoadControlSetup(seeds=(1,), duration=170.0, speeds=(8.0, 24.0), study_seeds=(1,), grid=False)
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
 @dataclass(frozen=True)
-class Bench:
+class TunedTurbine:
     """A turbine model with tuned controllers.
 
     Attributes:
-      model: with the paper's flaps and a second-order pitch actuator.
-      linear: about which loops are tuned.
-      notch: in the generator speed, for all schemes alike.
-      tunings: loops tuned together, by what they move.
-      designs: other loops.
+      model: turbine with the paper's flaps and a second-order pitch actuator.
+      linear: linear model for the tuning.
+      notch: notch filter of the generator speed, common to all schemes.
+      tunings: loops tuned together, by actuator.
+      designs: other designs of loops.
     """
 
     model: BladedModel
@@ -131,47 +131,47 @@ class Bench:
     def composed(
         self, name: str, loops: list[HarmonicLoop], *, feedforward: bool, weight: float = 1.0, **more: Any
     ) -> Controller:
-        """Load controller with given loops; ``weight`` is the share of the feed-forward that is used."""
+        """Load controller with given loops; ``weight`` is the weight of the feed-forward."""
         weights = FeedForward(gain=weight, shear_exponent=SHEAR, tower_shadow=True) if feedforward else None
         settings = LoadControl(feedforward=weights, loops=tuple(loops), notch=self.notch, **more)
         return LoadController(self.model.turbine, settings, name=name)
 
 
 def paper_turbine(turbine: Turbine | None = None) -> Turbine:
-    """The NREL 5 MW, or another turbine, with the paper's flaps and a second-order pitch actuator: of 11.11 rad/s and
-    damping 0.6 where it has no numbers of its own."""
+    """The NREL 5 MW, or another turbine, with the paper's flaps and a second-order pitch actuator: by default 11.11
+    rad/s and damping ratio 0.6."""
     turbine = turbine or load_turbine("nrel5mw")
     return (turbine if turbine.flaps else with_flaps(turbine)).replace(**{"pitch_actuator.kind": "second_order"})
 
 
-def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> Bench:
+def bench(model: BladedModel, schemes: tuple[str, ...] = (*PARTS, *RIVALS)) -> TunedTurbine:
     """Tune all controllers for a model."""
     linear = tuple(linear_models(model))
     wanted = {SCHEMES[name].loops for name in schemes}
     tunings = {loops: tune_loops(model, loops, linear=linear) for loops in sorted(wanted)}
     others = designs(model, linear, tunings) if "cpfc12" in schemes else {}
     others |= {ADDED: added(tunings)} if {"ipc", "flaps"} <= set(schemes) else {}
-    return Bench(model, linear, speed_notch(linear[0]), tunings, others)
+    return TunedTurbine(model, linear, speed_notch(linear[0]), tunings, others)
 
 
 @dataclass(frozen=True)
-class Runs:
+class LoadControlRuns:
     """Results of all simulations.
 
     Attributes:
-      setup: how much.
+      setup: extent of the simulations.
       bench: turbine and controllers.
-      readings: with the full model at the paper's wind speed, by the reading of its wind; the class has the rivals,
-        too.
-      fast: the paper's schemes with the model of its FAST, by the reading of the wind.
-      speeds: in the class's wind at other speeds.
+      readings: full model at the paper's wind speed, by the reading of its wind; that of the class includes the
+        alternative schemes.
+      fast: the paper's schemes with the paper's degrees of freedom in FAST, by the reading of the wind.
+      speeds: wind of the class at other wind speeds.
       studies: cpc, ipc and cpfc in other winds, and with another model, by what is different.
-      shares: of the flap gains at 1P and 2P that came out best at equal travel.
-      travel: candidates, by their shares: DEL of RootMyc1 [N m] and flap travel [rad/s], means over the tuning seeds.
+      shares: factors of the flap gains at 1P and 2P that were best at equal travel.
+      travel: candidates by their factors: DEL of RootMyc1 [N m] and flap travel [rad/s], means over the tuning seeds.
     """
 
-    setup: Setup
-    bench: Bench = field(repr=False)
+    setup: LoadControlSetup
+    bench: TunedTurbine = field(repr=False)
     readings: Mapping[str, Comparison] = field(repr=False)
     fast: Mapping[str, Comparison] = field(repr=False)
     speeds: Mapping[float, Comparison] = field(repr=False)
@@ -181,12 +181,12 @@ class Runs:
 
     @property
     def judged(self) -> dict[str, Comparison]:
-        """By which the paper is judged: all readings of its model and of its wind."""
+        """The comparisons by which the paper is judged: all readings of its model and of its wind."""
         both = ((FAST, self.fast), (FULL, self.readings))
-        return {f"{model}, {SHORT[wind]}": c for model, found in both for wind, c in found.items()}
+        return {f"{model}, {SHORT[wind]}": c for model, comparisons in both for wind, c in comparisons.items()}
 
     def study(self, name: str) -> Comparison:
-        """A study; one that was not run raises its reason when it is used."""
+        """A study; if it was not run, its use raises an error with the reason."""
         missing: Any = FailedResult(f"{name}: not run")
         return self.studies.get(name, missing)
 
@@ -196,12 +196,12 @@ def run_all(
     quick: bool,
     workers: int | None,
     progress: Progress,
-    partly: Callable[[Runs], object],
+    partly: Callable[[LoadControlRuns], object],
     parts: Sequence[str],
     turbine: Turbine | None = None,
-) -> Runs:
-    """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
-    setup = QUICK if quick else Setup()
+) -> LoadControlRuns:
+    """Run all simulations; ``partly`` is called with the complete runs of the paper, the others marked as missing."""
+    setup = QUICK if quick else LoadControlSetup()
     n, few = len(setup.seeds), len(setup.study_seeds)
     progress(0.0, "tuning")
     b = bench(build(paper_turbine(turbine)))
@@ -218,7 +218,7 @@ def run_all(
     ) -> Comparison:
         nonlocal done
         begin, size = done, len(controllers) * len(winds)
-        found = attempt(
+        comparison = attempt(
             what,
             compare,
             model or b.model,
@@ -231,10 +231,10 @@ def run_all(
             progress=lambda share: progress((begin + share * size) / total, what),
         )
         done += size
-        return found
+        return comparison
 
-    found = attempt("flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", c, w))
-    shares, travel, best = (found, found, found) if isinstance(found, FailedResult) else found
+    flap_loops = attempt("flap loops", _equal_travel, b, setup, lambda c, w: run("flap loops at equal travel", c, w))
+    shares, travel, best = (flap_loops, flap_loops, flap_loops) if isinstance(flap_loops, FailedResult) else flap_loops
     previews = attempt("preview", _previews, b)
     readings = {}
     stated, fast = STATED if turbine is None else (), dict[str, Any]()
@@ -250,7 +250,7 @@ def run_all(
         if turbine is None:
             fast[name] = _with(benches, FAST_MODEL, b, f"{FAST}, {name}", STATED, winds, run)
     later: Any = FailedResult("not run yet")
-    partly(Runs(setup, b, readings, fast, dict.fromkeys(setup.speeds, later), {}, shares, travel))
+    partly(LoadControlRuns(setup, b, readings, fast, dict.fromkeys(setup.speeds, later), {}, shares, travel))
     speeds: dict[float, Comparison] = {}
     studies: dict[str, Any] = {}
     at_all: dict[str, Made] = {scheme: b.controller(scheme) for scheme in ALL_SPEEDS}
@@ -263,7 +263,7 @@ def run_all(
             winds = winds[:1]
         studies[name] = _with(benches, study.model, b, name, study.schemes, winds, run)
     progress(1.0, "done")
-    return Runs(setup, b, readings, fast, speeds, studies, shares, travel)
+    return LoadControlRuns(setup, b, readings, fast, speeds, studies, shares, travel)
 
 
 def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
@@ -273,7 +273,7 @@ def wind_of(seed: int, speed: float, **more: Any) -> AnyWind:
 
 
 def _of_grid(first: int, intensity: float, length: float, seed: int) -> AnyWind:
-    """A wind of the grid; its seeds are those of no other."""
+    """A wind of the grid, with seeds that no other wind uses."""
     return wind_of(first + seed, SPEED, intensity=intensity, length_factor=length)
 
 
@@ -289,10 +289,10 @@ class WindStudy:
     """Schemes in another wind, or with another model.
 
     Attributes:
-      wind: for a seed.
-      model: None for the full one.
-      schemes: that are compared.
-      all_seeds: in the winds by which the paper is judged, for differences seed by seed.
+      wind: wind for a seed.
+      model: None for the full model.
+      schemes: schemes to compare.
+      all_seeds: use the seeds of the paper's comparisons, for differences by seed.
     """
 
     wind: Callable[[int], AnyWind]
@@ -334,13 +334,13 @@ STUDIES: Mapping[str, WindStudy] = {
 def _with(
     benches: dict[ModelOptions | None, Any],
     options: ModelOptions | None,
-    b: Bench,
+    b: TunedTurbine,
     name: str,
     schemes: Sequence[str],
     winds: list[AnyWind],
     run: Callable[..., Comparison],
 ) -> Any:
-    """Schemes tuned for a model of the same turbine, in given winds; each model is tuned once."""
+    """Compare schemes tuned for a model of the same turbine in given winds; each model is tuned once."""
     if options not in benches:
         tuned = PARTS if options == FAST_MODEL else THREE
         benches[options] = attempt(name, bench, build(b.model.turbine, options), tuned)
@@ -350,29 +350,29 @@ def _with(
     return run(name, {scheme: other.controller(scheme) for scheme in schemes}, winds, other.model)
 
 
-def _previews(b: Bench) -> dict[str, Made]:
-    """Preview of the rotor-averaged wind with the loops of several schemes, and with the errors of a lidar."""
+def _previews(b: TunedTurbine) -> dict[str, Made]:
+    """Controllers with preview of the rotor-averaged wind for several schemes, with and without lidar errors."""
     table = steady_pitch(b.model)
 
-    def made(name: str, scheme: str, lidar: Lidar) -> Made:
+    def make(name: str, scheme: str, lidar: LidarErrors) -> Made:
         def of(wind: Wind) -> Controller:
             assert isinstance(wind, WindBox)
             preview = preview_of(b.model, wind, table, frequency=lidar.frequency)
-            if lidar != Lidar():
+            if lidar != LidarErrors():
                 preview = preview.replace(wind=measured(wind, b.model, lidar))
             return b.composed(name, b.loops(scheme), feedforward=scheme != "cpc", preview=preview)
 
         return of
 
-    lidars = [Lidar()] * 3 + list(LIDARS.values())
+    lidars = [LidarErrors()] * 3 + list(LIDARS.values())
     schemes = ["cpc", "ipc"] + ["cpfc"] * (1 + len(LIDARS))
-    return {each[0]: made(*each) for each in zip(PREVIEWS, schemes, lidars, strict=True)}
+    return {each[0]: make(*each) for each in zip(PREVIEWS, schemes, lidars, strict=True)}
 
 
 def _equal_travel(
-    b: Bench, setup: Setup, run: Callable[[Mapping[str, Made], list[AnyWind]], Comparison]
+    b: TunedTurbine, setup: LoadControlSetup, run: Callable[[Mapping[str, Made], list[AnyWind]], Comparison]
 ) -> tuple[tuple[float, float], dict[str, tuple[float, float]], Controller]:
-    """Fractions of the flap gains at 1P and 2P with the smallest load at no more flap travel than CPFC."""
+    """Factors of the flap gains at 1P and 2P with the smallest load at no more flap travel than CPFC."""
     pitch, flap_1, flap_2 = (tuning.loop for tuning in b.tunings[SCHEMES["cpfc12"].loops])
     tried: dict[str, tuple[float, float]] = {
         f"{100 * one:.0f} % 1P, {100 * two:.0f} % 2P": (one, two) for one in SHARES_1P for two in SHARES_2P
@@ -385,11 +385,11 @@ def _equal_travel(
     controllers: dict[str, Made] = {"cpfc": b.controller("cpfc")}
     controllers |= {name: candidate(name, shares) for name, shares in tried.items()}
     winds = [wind_of(seed, SPEED, **READINGS[CLASS_B]) for seed in TUNING_SEEDS[: len(setup.seeds)]]
-    found = run(controllers, winds)
+    comparison = run(controllers, winds)
     numbers = {
         name: (
-            float(np.mean(found.values("RootMyc1 DEL", name, WHOLE))),
-            float(np.mean(found.values("flap travel", name, WHOLE))),
+            float(np.mean(comparison.values("RootMyc1 DEL", name, WHOLE))),
+            float(np.mean(comparison.values("flap travel", name, WHOLE))),
         )
         for name in controllers
     }

@@ -1,4 +1,4 @@
-"""Verdicts on the paper by reading: model of the turbine, edition of the wind, flaps with and without detuned pitch."""
+"""Verdicts on the paper by reading: model of the turbine, edition of the standard, with and without detuned pitch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def counted(lines: Sequence[Claim]) -> list[Claim]:
     return [c for c in lines if c.basis == "paper" and c.outcome != "unchecked"]
 
 
-def held(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
+def count_by_reading(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
     """Number of those that hold in each of the readings."""
     verdicts = [c.judgement.in_readings(readings) for c in counted(lines)]
     return [sum(v[k] == HOLDS for v in verdicts) for k in range(len(readings))]
@@ -25,13 +25,16 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
 
     Args:
       lines: all claims.
-      added: the same with flaps beside an IPC that stays as it is.
+      added: all claims with flaps added to an unchanged IPC.
       readings: names.
     """
     whole = len(counted(lines))
     rows = [
-        ["hold", *(f"{k} of {whole}" for k in held(lines, readings))],
-        ["hold, flaps beside an IPC that stays as it is", *(f"{k} of {whole}" for k in held(added, readings))],
+        ["hold", *(f"{k} of {whole}" for k in count_by_reading(lines, readings))],
+        [
+            "hold, flaps beside an IPC that stays as it is",
+            *(f"{k} of {whole}" for k in count_by_reading(added, readings)),
+        ],
         *(
             [c.item, *(v.text for v in c.judgement.in_readings(readings))]
             for c in counted(lines)
@@ -43,7 +46,7 @@ def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Seq
 
 
 def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> str:
-    """The counts in a few sentences."""
+    """Sentences on the counts."""
     checked = counted(lines)
     whole, unchecked = len(checked), sum(c.outcome == "unchecked" for c in lines if c.basis == "paper")
     if any(v.outcome == "unjudged" for c in checked for _, v in c.judgement.verdicts):
@@ -52,8 +55,8 @@ def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Seque
     every = sum(all(v == HOLDS for v in each) for each in verdicts)
     none = sum(all(v != HOLDS for v in each) for each in verdicts)
     few = sum(c.by_few for c in checked)
-    each = ", ".join(f"{k} with {name}" for k, name in zip(held(lines, readings), readings, strict=True))
-    other = ", ".join(map(str, held(added, readings)))
+    each = ", ".join(f"{k} with {name}" for k, name in zip(count_by_reading(lines, readings), readings, strict=True))
+    other = ", ".join(map(str, count_by_reading(added, readings)))
     return (
         f"Of {whole} claims of the paper that can be checked, {every} hold in every reading of its model and wind, "
         f"{whole - every - none} in some, {none} in none. There hold {each}; with flaps beside an IPC that stays as it "

@@ -42,8 +42,8 @@ def _air() -> list[Claim]:
     spread = {t: 100.0 * (1.0 - float(density(t, 1.0) / density(t))) for t in (-10.0, 10.0, 20.0, 30.0, 40.0)}
     by_humidity = {h: [float(density(t, h, z)) for t, z in paper.DENSITIES] for h in (STATED_HUMIDITY, HUMID)}
     printed = list(paper.DENSITIES.values())
-    exact = {f"{100 * h:g} %": [round(x, 4) for x in found] == printed for h, found in by_humidity.items()}
-    ours = "; ".join(f"{listed(found, '.4f')} at {100 * h:g} %" for h, found in by_humidity.items())
+    exact = {f"{100 * h:g} %": [round(x, 4) for x in densities] == printed for h, densities in by_humidity.items()}
+    ours = "; ".join(f"{listed(densities, '.4f')} at {100 * h:g} %" for h, densities in by_humidity.items())
     fall = [100.0 * (1.0 - float(density(t, HUMID, 2000.0) / density(t, HUMID))) for t in (-10.0, 35.0)]
     most = 100.0 * (float(density(40.0, 1.0) / density(-10.0)) - 1.0)
     fallen = abs(fall[0] - 15.5) <= 0.05 and abs(fall[1] - 12.0) <= 0.5
@@ -60,9 +60,9 @@ def _air() -> list[Claim]:
 def _power() -> list[Claim]:
     from scipy.optimize import brentq
 
-    made = rotor(FORMULA)
-    speed = made.best()[0] * paper.WIND / made.radius
-    power = float(made.power(speed, paper.WIND))
+    formula = rotor(FORMULA)
+    speed = formula.best()[0] * paper.WIND / formula.radius
+    power = float(formula.power(speed, paper.WIND))
     warmest = float(brentq(lambda t: float(density(t)) - STANDARD, -10.0, 40.0))
     electric = paper.POLE_PAIRS * paper.SPEED * paper.FLUX * math.sqrt(1.5)
     more, faster, higher = (
@@ -71,7 +71,7 @@ def _power() -> list[Claim]:
     )
     peak = abs(power - paper.POWER) <= 0.05e6 and abs(speed - paper.SPEED) <= 0.005
     grid = np.linspace(0.5, 1.0, 2001)
-    by_altitude = [made.power(grid, paper.WIND, 0.0, float(density(15.0, 0.0, h))) for h in paper.ALTITUDES]
+    by_altitude = [formula.power(grid, paper.WIND, 0.0, float(density(15.0, 0.0, h))) for h in paper.ALTITUDES]
     powers, at = [float(p.max()) * 1e-6 for p in by_altitude], [float(grid[p.argmax()]) for p in by_altitude]
     lower = bool(np.all(np.diff(powers) < 0.0)) and np.ptp(at) <= grid[1] - grid[0]
     return [
@@ -99,25 +99,25 @@ def _rain() -> list[Claim]:
 
 
 def _wetted() -> Claim:
-    """Where (12) is smallest, found by search, against (13); and whether there is such a place without tail wind."""
+    """Minimum of (12) by search, against (13), and whether a minimum exists without tail wind."""
     speeds = np.geomspace(0.05, FASTEST, 20001)
     off = []
     for tail, cross, fall in product(TAILS, (0.0, 5.0), (2.0, 6.5)):
-        found = speeds[wetness(speeds, paper.RADIUS, HALF, tail=tail, cross=cross, fall=fall).argmin()]
-        off.append(abs(found / driest_speed(paper.RADIUS, HALF, tail, cross, fall) - 1.0))
+        least = speeds[wetness(speeds, paper.RADIUS, HALF, tail=tail, cross=cross, fall=fall).argmin()]
+        off.append(abs(least / driest_speed(paper.RADIUS, HALF, tail, cross, fall) - 1.0))
     none = all(np.all(np.diff(wetness(speeds, paper.RADIUS, HALF, tail=t, fall=6.5)) < 0.0) for t in (-5.0, 0.0))
     holds = none and max(off) <= 1e-3
     return claim("wetted", holds, off=100.0 * max(off), n=len(off), tails=listed(TAILS), fastest=FASTEST)
 
 
 def _extra_range() -> Claim:
-    """Whether a pitched rotor gives 15 MW at a lower speed than one with fine pitch."""
+    """Whether a pitched rotor delivers 15 MW at a lower speed than one at fine pitch."""
     angles = np.arange(0.5, 12.01, 0.05)
     begins = {}
     for name in (BLADES, FORMULA):
-        made = rotor(name)
-        low = made.speed_for(paper.REFERENCE)
-        wider = [b for b in angles if made.speed_for(paper.REFERENCE, STANDARD, math.radians(float(b))) < low]
+        model = rotor(name)
+        low = model.speed_for(paper.REFERENCE)
+        wider = [b for b in angles if model.speed_for(paper.REFERENCE, STANDARD, math.radians(float(b))) < low]
         begins[name] = f"{name}: {f'from {wider[0]:.1f}° of pitch on' if wider else 'none up to 12°'}"
     return claim("extra range", "none" not in begins[BLADES], begins="; ".join(begins.values()))
 

@@ -1,4 +1,4 @@
-"""Claims of Figure 6: power gain of a torque law that takes the air temperature into account."""
+"""Claims of Figure 6: power gain of a torque law that accounts for the air temperature."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from meltemi.papers.palanimuthu2022.runs import (
     PLAIN,
     SMALL,
     STEADY,
+    PowerControlRuns,
     Reading,
-    Runs,
     Steps,
     power_ratio,
     ratio,
@@ -35,12 +35,12 @@ ROUNDED = 0.002
 
 
 def mean_gains(steps: Steps, channel: str = "aerodynamic_power") -> Float:
-    """(levels,) [W] mean gain of a power in case ii over each interval."""
+    """(levels,) [W] mean gain of a power channel in case ii over each interval."""
     return steps.means("ii", channel) - steps.means("i", channel)
 
 
 def kinetic_gains(steps: Steps) -> Float:
-    """(levels,) [W] part of the gain of the generator that stems from kinetic energy of the rotor."""
+    """(levels,) [W] part of the gain of generator power from kinetic energy of the rotor."""
     ends = steps.lead + INTERVAL * np.arange(len(steps.levels) + 1)
     given = {}
     for case in ("i", "ii"):
@@ -51,14 +51,14 @@ def kinetic_gains(steps: Steps) -> Float:
 
 def closed_gains(steps: Steps) -> Float:
     """(levels,) [W] gain of aerodynamic power in closed form, quasi-steady and without losses."""
-    made = rotor(steps.model)
+    model_rotor = rotor(steps.model)
     air = density(np.array(steps.levels), steps.humidity)
-    best = [0.5 * float(rho) * made.area * made.best()[1] * STEADY**3 for rho in air]
-    fixed = [made.settled_power(STEADY, STANDARD, float(rho)) for rho in air]
+    best = [0.5 * float(rho) * model_rotor.area * model_rotor.best()[1] * STEADY**3 for rho in air]
+    fixed = [model_rotor.settled_power(STEADY, STANDARD, float(rho)) for rho in air]
     return np.array(best) - np.array(fixed)
 
 
-def temperature_claims(runs: Runs) -> list[Claim]:
+def temperature_claims(runs: PowerControlRuns) -> list[Claim]:
     """Claims on tip-speed ratios and power coefficients of both cases and on gains of case ii."""
     plain = runs.temperature[PLAIN]
     best, power = plain.settled("ii", "", ratio), plain.settled("ii", "", power_ratio)
@@ -78,22 +78,22 @@ def settled_pair(model: str, humidity: float) -> Float:
 
 
 def humidity_of_ratio(model: str) -> float:
-    """Humidity at which the settled gains of a curve have the ratio of the paper's; NaN if there is none."""
+    """Humidity at which the settled gains of a curve have the paper's ratio; NaN if none exists."""
     humidity = np.linspace(0.0, 1.0, 41)
-    found = np.array([ratio_of(settled_pair(model, float(h))) for h in humidity])
-    return float(np.interp(-RATIO, -found, humidity, left=np.nan, right=np.nan))
+    ratios = np.array([ratio_of(settled_pair(model, float(h))) for h in humidity])
+    return float(np.interp(-RATIO, -ratios, humidity, left=np.nan, right=np.nan))
 
 
 def ratio_of(gains: Float) -> float:
-    """That of the gains at -10 and at 40 degC."""
+    """Ratio of the gains at -10 and 40 degC."""
     return float(gains[-1] / gains[0])
 
 
 def gain_claims(won: dict[Reading, Float]) -> list[Claim]:
     """Claims on the mean gains [W] of aerodynamic power at 40 and -10 degC, over the readings that are not fitted.
 
-    Both levels follow from the curvature of the coefficient, which the paper does not give; their ratio hardly does. It
-    falls with the humidity, and with the inertia of a rotor that is still on its way to its new speed.
+    Both levels depend on the curvature of the coefficient, which the paper does not give; their ratio hardly does. It
+    decreases with the humidity, and with the inertia of a rotor that has not yet reached its new speed.
     """
     every = {
         r: gains
@@ -112,17 +112,19 @@ def gain_claims(won: dict[Reading, Float]) -> list[Claim]:
 
     reach = [model for model, ratio in dry[SMALL].items() if ratio >= RATIO]
     needed = sorted((h, model) for model in reach if np.isfinite(h := humidity_of_ratio(model)))
-    told = "; ".join(f"{most[j]:.3f} at most with {j:.4g} kg m², in dry air" for j in inertias)
+    ratio_text = "; ".join(f"{most[j]:.3f} at most with {j:.4g} kg m², in dry air" for j in inertias)
     if needed:
         (least, first), (largest, last) = needed[0], needed[-1]
-        told += f"; with {SMALL:.4g} it is {RATIO} at {100 * least:.0f} % ({first}) to {100 * largest:.0f} % ({last})"
+        ratio_text += (
+            f"; with {SMALL:.4g} it is {RATIO} at {100 * least:.0f} % ({first}) to {100 * largest:.0f} % ({last})"
+        )
     verdicts = {f"{j:.4g} kg m²": most[j] >= RATIO - ROUNDED for j in inertias}
-    ratio_claim = claim("gain ratio", by_reading(verdicts), ratios=told)
+    ratio_claim = claim("gain ratio", by_reading(verdicts), ratios=ratio_text)
     return [claim("gain hot", gains=span(0)), claim("gain cold", gains=span(-1)), ratio_claim]
 
 
-def curves_table(runs: Runs) -> Table:
-    """Table of Figure 6 by power coefficient: gains at 40 and -10 degC, and the humidity that their ratio needs."""
+def curves_table(runs: PowerControlRuns) -> Table:
+    """Table of Figure 6 by power coefficient: gains at 40 and -10 degC, and the humidity for their ratio."""
     light = {r: steps for r, steps in runs.temperature.items() if r.inertia == SMALL}
     rows = []
     for (model, humidity, *_), steps in light.items():
@@ -134,10 +136,14 @@ def curves_table(runs: Runs) -> Table:
         cells = [text for x in pairs for text in ([f"{x[0]:.1f}", f"{x[1]:.1f}"] if x is not None else ["", ""])]
         ratios = ["" if x is None else f"{ratio_of(x):.3f}" for x in pairs]
         h = humidity_of_ratio(model)
-        there = [f"{100 * h:.0f}", *(f"{x * 1e-3:.1f}" for x in settled_pair(model, h))] if h == h else ["", "", ""]
+        gain_cells = (
+            [f"{100 * h:.0f}", *(f"{x * 1e-3:.1f}" for x in settled_pair(model, h))] if h == h else ["", "", ""]
+        )
         name = f"{model}, fitted at {100 * humidity:g} %" if model == CALIBRATED else model
         columns = [[*cells[2 * i : 2 * i + 2], ratios[i]] for i in range(3)]
-        rows.append([name, f"{rotor(model).curvature():.1f}", *(text for column in columns for text in column), *there])
+        rows.append(
+            [name, f"{rotor(model).curvature():.1f}", *(text for column in columns for text in column), *gain_cells]
+        )
     rows.append(["paper", *[""] * 11, "58.2", "71.3"])
     head = ["C_p", "sharpness", *["40 °C", "-10 °C", "ratio"] * 3, "humidity [%]", "40 °C", "-10 °C"]
     groups = [("", 2), ("2.93e9 kg m², dry", 3), ("4.872e6 kg m², dry", 3)]
@@ -154,7 +160,7 @@ def curves_table(runs: Runs) -> Table:
     return Table(head, rows, "Gain of the adapted law by power coefficient and inertia", 1, groups, note)
 
 
-def gains_table(runs: Runs) -> Table:
+def gains_table(runs: PowerControlRuns) -> Table:
     """Table of Figure 6 with M1: gains at 40 and -10 degC by humidity, inertia and electrical parts."""
     rows = []
     for reading, steps in runs.temperature.items():

@@ -1,4 +1,4 @@
-"""The paper's rotor and torque law in closed form, with any of the models of its power coefficient."""
+"""The paper's rotor and torque law in closed form, with a choice of models of its power coefficient."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.environment.air import density_of, site_pressure
 from meltemi.environment.gases import CELSIUS
 from meltemi.papers.palanimuthu2022.paper import POWER_COEFFICIENT, RADIUS, TIP_SPEED_RATIO
-from meltemi.studies.coefficient_rotor import Rotor
+from meltemi.studies.coefficient_rotor import CoefficientRotor
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import (
     CalibratedCoefficient,
@@ -25,7 +25,7 @@ Float = NDArray[np.float64]
 
 FORMULA, CALIBRATED, BLADES = "M1", "M2", "M3"
 """Heier's formula with the paper's best point; the same fitted to Figure 6; the table of a 20 MW rotor's blades."""
-FORMULAS = {  # a, b, c, d, s of C_p = a (b x - c) exp(-d x), x = 1/l - s; without the pitch, which Figure 6 holds at 0
+FORMULAS = {  # a, b, c, d, s of C_p = a (b x - c) exp(-d x), x = 1/l - s; without the pitch, which is 0 in Figure 6
     "Heier": (0.5, 116.0, 5.0, 21.0, 0.035),
     "Slootweg": (0.73, 151.0, 13.2, 18.4, 0.003),
     "constant speed": (0.44, 125.0, 6.94, 16.5, -0.002),
@@ -44,12 +44,12 @@ and a polynomial of the fifth degree after Carranza Castillo et al. (2023), Ener
 
 
 def _table(model: str) -> TableCoefficient:
-    """A curve that is no exponential."""
+    """Tabulated power coefficient for curves that are not exponential."""
     blades = turbine(BLADES).coefficient
     assert isinstance(blades, TableCoefficient)
     if model == SCALED:
         return blades
-    ratios = np.arange(3.5, 14.0 if model == SINE else 10.0, 0.1)  # beyond 10 the polynomial rises again
+    ratios = np.arange(3.5, 14.0 if model == SINE else 10.0, 0.1)  # the polynomial rises again beyond 10
     terms = [-1.896, 1.156, -0.2454, 0.02928, -0.001955, 5.547e-05]
     power = 0.44 * np.sin(np.pi * (ratios - 3.0) / 15.0) if model == SINE else np.polynomial.Polynomial(terms)(ratios)
     return TableCoefficient(
@@ -63,10 +63,10 @@ def _coefficient(model: str) -> Coefficient:
         return CalibratedCoefficient()
     if model in FORMULAS:
         a, b, c, d, s = FORMULAS[model]
-        shift = 0.035 - s  # from its x to that of our formula
+        shift = 0.035 - s  # convert its x to that of the formula
         return HeierCoefficient(constants=(a * math.exp(-d * shift), b, 0.4, c - b * shift, d, 0.0))
     table = _table(model)
-    ratio, most = Rotor(model, table, RADIUS).best()
+    ratio, most = CoefficientRotor(model, table, RADIUS).best()
     return table.replace(
         tip_speed_ratio=table.tip_speed_ratio * (TIP_SPEED_RATIO / ratio),
         power=table.power * (POWER_COEFFICIENT / most),
@@ -75,18 +75,18 @@ def _coefficient(model: str) -> Coefficient:
 
 def turbine(model: str = FORMULA) -> PowerTurbine:
     """The library's turbine with a model of its power coefficient."""
-    made = load_turbine("pmsg20mw-bem" if model == BLADES else "pmsg20mw")
-    return made if model in (FORMULA, BLADES) else made.replace(coefficient=_coefficient(model))
+    loaded = load_turbine("pmsg20mw-bem" if model == BLADES else "pmsg20mw")
+    return loaded if model in (FORMULA, BLADES) else loaded.replace(coefficient=_coefficient(model))
 
 
 @cache
-def rotor(model: str) -> Rotor:
+def rotor(model: str) -> CoefficientRotor:
     """Rotor with a model of the power coefficient."""
-    made = turbine(model)
-    return Rotor(model, made.coefficient, made.rotor_radius)
+    power_turbine = turbine(model)
+    return CoefficientRotor(model, power_turbine.coefficient, power_turbine.rotor_radius)
 
 
 def density(temperature: ArrayLike, humidity: ArrayLike = 0.0, altitude: ArrayLike = 0.0) -> Float:
-    """[kg/m^3] of air of a temperature [degC], relative humidity, and altitude [m] (eqs 2 to 4)."""
+    """Density [kg/m^3] of air at a temperature [degC], relative humidity and altitude [m] (eqs 2 to 4)."""
     kelvin = np.asarray(temperature, float) + CELSIUS
     return density_of(kelvin, humidity, site_pressure(kelvin, altitude))

@@ -26,12 +26,29 @@ from meltemi.papers.palanimuthu2022.run_claims import (
     schemes_table,
     travel_change,
 )
-from meltemi.papers.palanimuthu2022.runs import PHYSICAL, PLAIN, QUICK, SMALL, Reading, Runs, Setup, run_all
-from meltemi.papers.study import Contents, Draw, Progress, Study, applied, span, tabled, worded
+from meltemi.papers.palanimuthu2022.runs import (
+    PHYSICAL,
+    PLAIN,
+    QUICK,
+    SMALL,
+    PowerControlRuns,
+    PowerControlSetup,
+    Reading,
+    run_all,
+)
+from meltemi.papers.study import Contents, Draw, Progress, Study, applied, guarded_table, guarded_text, span
 from meltemi.papers.verdict import FEWEST_SEEDS
 from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate.tables import energy_table
-from meltemi.studies.power_schemes.coordination import ENERGY, PITCH, PROPOSAL, ROOT_LOAD, TOWER_LOAD, TURNED, Bench
+from meltemi.studies.power_schemes.coordination import (
+    ENERGY,
+    PITCH,
+    PROPOSAL,
+    ROOT_LOAD,
+    TOWER_LOAD,
+    TURNED,
+    ProposalComparison,
+)
 from meltemi.studies.power_schemes.costs import PITCH as TRAVEL
 from meltemi.studies.power_schemes.costs import TOWER_LOAD as TOWER
 from meltemi.studies.power_schemes.costs import efficient
@@ -50,13 +67,13 @@ PAPER = 0.1
 class Found:
     """The paper's runs, its schemes on an aeroelastic turbine, its claims, and parts beyond it by name."""
 
-    runs: Runs
-    bench: Bench
+    runs: PowerControlRuns
+    bench: ProposalComparison
     claims: Sequence[Claim]
     parts: Mapping[str, Any] = field(default_factory=dict)
 
 
-FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
+FIGURES: dict[str, tuple[str, Callable[[PowerControlRuns], Figure]]] = {
     "fig02_humidity": ("Figure 2: density over temperature and humidity", lambda runs: climate.humidity()),
     "fig03_altitude": ("Figure 3: density over temperature and altitude", lambda runs: climate.altitude()),
     "fig04_temperature": (
@@ -95,7 +112,7 @@ def run(
 ) -> Found:
     """Simulate the paper's runs, then parts beyond it; ``partly`` is called with the results so far before each."""
     paper = PAPER if parts else 1.0
-    runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, 0.4 * paper))
+    runs = run_all(QUICK if quick else PowerControlSetup(), workers=workers, progress=span(progress, 0.0, 0.4 * paper))
     told = span(progress, 0.4 * paper, 0.6 * paper)
     loads = attempt("on an aeroelastic turbine", bench, quick, workers=workers, progress=told)
     found = Found(runs, loads, [*formula_claims(), *run_claims(runs, loads)])
@@ -112,7 +129,7 @@ def _part(name: str) -> Any:
     return import_module(f"{beyond.__name__}.{name}")
 
 
-def _lead(runs: Runs, loads: Bench) -> str:
+def _lead(runs: PowerControlRuns, loads: ProposalComparison) -> str:
     won = [
         " and ".join(f"{x * 1e-3:.1f}" for x in mean_gains(runs.temperature[Reading(FORMULA, inertia=j)])[[0, -1]])
         for j in (PHYSICAL, SMALL)
@@ -137,7 +154,7 @@ def _lead(runs: Runs, loads: Bench) -> str:
     )
 
 
-def _readings(runs: Runs) -> Table:
+def _readings(runs: PowerControlRuns) -> Table:
     dry = runs.temperature[PLAIN]
     won = dict(zip(dry.levels, mean_gains(dry), strict=True))
     return readings_table(readings(won, (mean_speed(runs, FORMULA, "A0"), mean_speed(runs, FORMULA, "A1"))))
@@ -148,18 +165,18 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     runs, table = found.runs, claims_table(found.claims)
     used = {claim.reason: REASONS[claim.reason] for claim in found.claims if claim.reason}
     chapters = {"claims": Section("Claim by claim", [table, *reason_lines(used)])}
-    wanted: dict[str, tuple[str, tuple[Callable[[Runs], Table], ...]]] = {
+    wanted: dict[str, tuple[str, tuple[Callable[[PowerControlRuns], Table], ...]]] = {
         "readings": ("Where the paper errs or is silent", (_readings,)),
         "gains": ("Figure 6 in numbers", (curves_table, gains_table)),
         "schemes": ("Figure 21 in numbers", (schemes_table,)),
     }
     chapters |= {
-        name: Section(words, [tabled(words, partial(of, runs)) for of in each])
+        name: Section(words, [guarded_table(words, partial(of, runs)) for of in each])
         for name, (words, each) in wanted.items()
     }
     chapters["bench"] = bench_chapter(found.bench, draw)
     return Contents(
-        lead=f"{count_held(found.claims)} {worded(partial(_lead, runs, found.bench), 'The rest')}",
+        lead=f"{count_held(found.claims)} {guarded_text(partial(_lead, runs, found.bench), 'The rest')}",
         chapters=chapters | {name: _part(name).chapter(part, draw) for name, part in found.parts.items()},
         facts=[
             ("turbine", "pmsg20mw: PMSG of 20 MW, radius 138 m"),
@@ -187,8 +204,8 @@ def of_turbine(turbine: Turbine) -> Study[Mapping[str, Any]]:
 
     def contents_of(found: Mapping[str, Any], out: Path, draw: Draw) -> Contents:
         chapters = {name: _part(name).chapter(part, draw, applied=True) for name, part in found.items()}
-        lead = worded(lambda: _said_of(efficient(found["power"].front, (TRAVEL, TOWER))), "Limited power")
-        year = tabled("A year", lambda: energy_table(found["climate"]))
+        lead = guarded_text(lambda: _said_of(efficient(found["power"].front, (TRAVEL, TOWER))), "Limited power")
+        year = guarded_table("A year", lambda: energy_table(found["climate"]))
         return Contents(lead, chapters, [("turbine", turbine.name)], [year])
 
     words = "Limited power, coordination and climates of Palanimuthu et al. (2022)"

@@ -1,4 +1,4 @@
-"""Numbers that the paper states. What it does not state, or states wrongly, is ruled in ``readings``."""
+"""Numbers that the paper states. Missing or wrong numbers are treated in ``readings``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors and ambiguities of the paper: its statement, our reading, and computed results of both."""
+"""Errors and ambiguities of the paper: its statement, our reading, and the results of both."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ Numbers = Mapping[str, Sequence[Any]]
 """By the number of an error, what stands for the braces in ``readings.csv``."""
 
 
-class Ruling(NamedTuple):
+class PaperError(NamedTuple):
     """An error or gap of the paper and our reading of it.
 
     Attributes:
-      key: its number.
-      paper: what the paper says.
-      theirs: what this gives.
-      reading: how we read it.
-      ours: what that gives.
+      key: number of the error.
+      paper: statement of the paper.
+      theirs: result of the statement.
+      reading: our reading.
+      ours: result of our reading.
     """
 
     key: str
@@ -44,7 +44,7 @@ class Ruling(NamedTuple):
 
 
 def printed_density(temperature: float, humidity: float, altitude: float, zero: float) -> float:
-    """[kg/m^3] of air of a temperature [degC] with another zero [K] in the dry part, as the paper prints eq. (2)."""
+    """Density [kg/m^3] of air at a temperature [degC] with another zero [K] in the dry part, as printed in eq. (2)."""
     kelvin = temperature + CELSIUS
     vapour = float(vapour_pressure(kelvin, humidity))
     dry = float(site_pressure(kelvin, altitude)) - vapour
@@ -52,14 +52,14 @@ def printed_density(temperature: float, humidity: float, altitude: float, zero: 
 
 
 def time_constant(inertia: float, wind: float = 10.0) -> float:
-    """[s] time constant of the rotor speed under the optimal torque law: J / (3 K_T omega)."""
-    made = rotor(FORMULA)
-    ratio, _ = made.best()
-    return inertia / (3.0 * made.gain() * ratio * wind / made.radius)
+    """Time constant [s] of the rotor speed under the optimal torque law: J / (3 K_T omega)."""
+    formula = rotor(FORMULA)
+    ratio, _ = formula.best()
+    return inertia / (3.0 * formula.gain() * ratio * wind / formula.radius)
 
 
 def inertia_constant(inertia: float) -> float:
-    """[s] kinetic energy at rated speed over rated power."""
+    """Kinetic energy at rated speed over rated power [s]."""
     return 0.5 * inertia * paper.SPEED**2 / paper.STATOR_POWER
 
 
@@ -68,7 +68,7 @@ def _four(humidity: float, zero: float = CELSIUS) -> str:
 
 
 def _storm_loss(**changes: float | str) -> float:
-    """[MW]."""
+    """Power loss [MW] in a storm."""
     settings = {"rate": paper.RATE, "mode": "seed", "diameter": paper.DROP, **changes}
     return 1e-6 * float(rain_power_loss(rain_parameters(Rain(**settings), paper.RADIUS), paper.WIND))  # type: ignore[arg-type]
 
@@ -90,15 +90,15 @@ def _air() -> Numbers:
 
 
 def _machine() -> Numbers:
-    made = rotor(FORMULA)
-    ratio, c = made.best()
-    power = 0.5 * STANDARD * made.area * paper.WIND**3
+    formula = rotor(FORMULA)
+    ratio, c = formula.best()
+    power = 0.5 * STANDARD * formula.area * paper.WIND**3
     current = paper.STATOR_POWER / (math.sqrt(3.0) * paper.GRID_VOLTAGE)
-    speed = ratio * 10.0 / made.radius
-    wrong, right = made.gain() * ratio**2, made.gain()
-    rated = made.wind_for(paper.STATOR_POWER), made.wind_for(paper.POWER)
+    speed = ratio * 10.0 / formula.radius
+    wrong, right = formula.gain() * ratio**2, formula.gain()
+    rated = formula.wind_for(paper.STATOR_POWER), formula.wind_for(paper.POWER)
     points = paper.SPEED * paper.RADIUS / paper.WIND, paper.POWER / power
-    ours = c * power * 1e-6, 100.0 * (c * power / paper.POWER - 1.0), ratio * paper.WIND / made.radius
+    ours = c * power * 1e-6, 100.0 * (c * power / paper.POWER - 1.0), ratio * paper.WIND / formula.radius
     return {
         "E-E5": (*points, *ours),
         "E-E6": [
@@ -107,7 +107,7 @@ def _machine() -> Numbers:
         "E-E7": (3.0 * current**2 * 1.75 * 1e-6, 3.0 * current**2 * 1.75e-3 * 1e-3),
         "E-E8": (wrong, wrong * speed**2 * 1e-6, right, right * speed**2 * 1e-6),
         "E-E19": (right * speed**3 * 1e-6, speed),
-        "E-E23": [float(made.power(ratio * 14.0 / made.radius, 14.0)) * 1e-6],
+        "E-E23": [float(formula.power(ratio * 14.0 / formula.radius, 14.0)) * 1e-6],
         "E-E24": (200.0 * paper.SPEED**2, *reversed(rated)),
     }
 
@@ -133,28 +133,28 @@ def _rain() -> Numbers:
 
 
 def _control(gains: Mapping[float, float], speeds: tuple[float, float]) -> Numbers:
-    low, own = (rotor(model).speed_for(paper.REFERENCE) for model in (FORMULA, BLADES))
+    low, high = (rotor(model).speed_for(paper.REFERENCE) for model in (FORMULA, BLADES))
     at = [rotor(BLADES).speed_for(paper.REFERENCE, STANDARD, float(b)) for b in np.radians([2.0, 4.0, 6.0, 8.0])]
     return {
         "E-E16": [1e-3 * gains[t] for t in (30.0, 40.0, -10.0)],
-        "E-E17": (*speeds, low, own),
-        "E-E18": (listed(at, ".3f"), own),
+        "E-E17": (*speeds, low, high),
+        "E-E18": (listed(at, ".3f"), high),
     }
 
 
-def readings(gains: Mapping[float, float], speeds: tuple[float, float]) -> list[Ruling]:
+def readings(gains: Mapping[float, float], speeds: tuple[float, float]) -> list[PaperError]:
     """All errors and gaps of the paper with both readings: the rows of ``readings.csv``.
 
     Args:
-      gains: [W] by temperature [degC] of Figure 6 with M1 and the default inertia, means over the intervals.
+      gains: [W] mean gains over the intervals by temperature [degC], Figure 6 with M1 and the default inertia.
       speeds: [rad/s] mean rotor speed of A0 and A1 while power is limited.
     """
     numbers = {**_air(), **_machine(), **_rain(), **_control(gains, speeds)}
     stated = rows_of("palanimuthu2022", "readings.csv").items()
-    return [Ruling(key, **{name: text.format(*numbers[key]) for name, text in row.items()}) for key, row in stated]
+    return [PaperError(key, **{name: text.format(*numbers[key]) for name, text in row.items()}) for key, row in stated]
 
 
-def readings_table(found: Sequence[Ruling]) -> Table:
+def readings_table(readings: Sequence[PaperError]) -> Table:
     """Table of the results of both readings."""
     head = ["", "the paper", "which gives", "read as", "which gives"]
-    return Table(head, found, "Errors and gaps of the paper, both readings", text_columns=len(head))
+    return Table(head, readings, "Errors and gaps of the paper, both readings", text_columns=len(head))

@@ -1,4 +1,4 @@
-"""Claims of the paper that need runs: Figures 7, 20, 21, and all together."""
+"""Claims of the paper that need runs: Figures 7, 20 and 21."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from meltemi.papers.palanimuthu2022.runs import (
     RAMPS,
     SCHEMES,
     SETTLING,
-    Runs,
+    PowerControlRuns,
     aero_power,
 )
 from meltemi.papers.verdict import Verdict, by_reading, enough
@@ -36,7 +36,7 @@ from meltemi.studies.power_schemes.coordination import (
     SWING,
     TOWER_LOAD,
     TURNED,
-    Bench,
+    ProposalComparison,
 )
 
 Float = NDArray[np.float64]
@@ -48,7 +48,7 @@ MOVES = np.radians(0.01)
 """[rad/s] above which the pitch is moving."""
 
 
-def run_claims(runs: Runs, bench: Bench) -> list[Claim]:
+def run_claims(runs: PowerControlRuns, bench: ProposalComparison) -> list[Claim]:
     """All claims that need runs."""
     return [
         *claim_group("temperature in steps", "Fig. 6", lambda: temperature_claims(runs)),
@@ -59,7 +59,7 @@ def run_claims(runs: Runs, bench: Bench) -> list[Claim]:
     ]
 
 
-def _humidity(runs: Runs) -> list[Claim]:
+def _humidity(runs: PowerControlRuns) -> list[Claim]:
     steps = runs.humidity
     one, two, three = (steps.settled(case, "", aero_power) for case in ("i", "ii", "iii"))
     air = density(35.0, np.array(steps.levels))
@@ -72,7 +72,7 @@ def _humidity(runs: Runs) -> list[Claim]:
     ]
 
 
-def _climates(runs: Runs) -> list[Claim]:
+def _climates(runs: PowerControlRuns) -> list[Claim]:
     one, two = (runs.climate[RAMPS, case] for case in ("i", "ii"))
     expected = 100.0 * (HOT.at([0.0])[-1][0] / COLD.at([0.0])[-1][0] - 1.0)
     inside = (one.time > WEAK_END - 5.0) & (one.time < WEAK_END)
@@ -100,7 +100,7 @@ def limiting(result: Result) -> NDArray[np.bool_]:
 
 
 def pitch_travel(result: Result) -> float:
-    """[deg] pitch travel."""
+    """Pitch travel [deg]."""
     part = judged(result)
     return float(np.degrees(actuator_travel(part, "pitch_1") * (part.time[-1] - part.time[0])))
 
@@ -111,14 +111,14 @@ def moving(result: Result) -> float:
     return float(np.mean(np.abs(np.diff(part["pitch_1"]) / np.diff(part.time)) > MOVES))
 
 
-def mean_speed(runs: Runs, model: str, scheme: str) -> float:
-    """[rad/s] of the rotor while power is limited, in the ramps."""
+def mean_speed(runs: PowerControlRuns, model: str, scheme: str) -> float:
+    """Mean rotor speed [rad/s] while power is limited, in the ramps."""
     part = judged(runs.limited[model, PHYSICAL, RAMPS, scheme])
     return float(part["rotor_speed"][limiting(part)].mean())
 
 
 def range_of_speed(part: Result, ahead: Result) -> Claim:
-    """Range of rotor speed of A2 while it limits the power, and the highest speed with our anticipation."""
+    """Range of rotor speed of A2 while it limits the power, and the highest speed with anticipation."""
     ours = float(ahead["rotor_speed"][limiting(ahead)].max())
     speeds = part["rotor_speed"][limiting(part)]
     low, high = rotor(BLADES).speed_for(paper.REFERENCE), paper.SPEED
@@ -129,41 +129,41 @@ def range_of_speed(part: Result, ahead: Result) -> Claim:
     return claim("range of A2", varies, low=low, high=high, share=100.0 * share, ours=ours, **ends)
 
 
-def _limited(runs: Runs) -> list[Claim]:
-    found = []
+def _limited(runs: PowerControlRuns) -> list[Claim]:
+    claims = []
     for scheme, case in (("A0", "i"), ("A2", "ii")):
         parts = [judged(r) for (m, j, _, s), r in runs.limited.items() if (m, j, s) == (BLADES, PHYSICAL, scheme)]
         power = mean_interval([float(p["generator_power"][p["wind_x"] > ENOUGH].mean()) * 1e-6 for p in parts])
         near = enough(len(runs.setup.seeds), abs(power.mean * 1e6 - paper.REFERENCE) <= 0.5e6)
-        found.append(claim("limited power", near, power=with_interval(power, 2), n=power.n, scheme=scheme, case=case))
+        claims.append(claim("limited power", near, power=with_interval(power, 2), n=power.n, scheme=scheme, case=case))
     low, speed = rotor(FORMULA).speed_for(paper.REFERENCE), mean_speed(runs, FORMULA, "A0")
     change = 100.0 * (speed / low - 1.0)
-    found.append(claim("limited speed", abs(change) <= 0.35, speed=speed, change=change, low=low))
-    held, ahead = (judged(runs.limited[BLADES, PHYSICAL, RAMPS, scheme]) for scheme in ("A2", AHEAD))
-    found.append(range_of_speed(held, ahead))
+    claims.append(claim("limited speed", abs(change) <= 0.35, speed=speed, change=change, low=low))
+    fixed, ahead = (judged(runs.limited[BLADES, PHYSICAL, RAMPS, scheme]) for scheme in ("A2", AHEAD))
+    claims.append(range_of_speed(fixed, ahead))
     saved = {inertia: travel_change(runs, inertia, "A2") for inertia in runs.setup.inertias}
     words = ", ".join(f"{percent(x)} ({inertia:.4g} kg m²)" for inertia, x in saved.items())
     less = enough(len(runs.setup.seeds), all(falls(x) for x in saved.values()))
-    return [*found, claim("limited travel", less, changes=words)]
+    return [*claims, claim("limited travel", less, changes=words)]
 
 
 def percent(change: MeanEstimate, digits: int = 0) -> str:
-    """A change, with the half-width of its interval if there are several seeds."""
+    """Text of a change, with the half-width of its interval if there are several seeds."""
     return "not defined" if np.isnan(change.mean) else f"{with_interval(change, digits, '+', 100.0)} %"
 
 
 def falls(change: MeanEstimate) -> bool:
-    """Whether the interval lies below zero; of a single seed the value."""
+    """Whether the interval, or the value of a single seed, is below zero."""
     return (change.high if change.n > 1 else change.mean) < 0.0
 
 
 def changes_of(table: EnsembleTable, scheme: str) -> dict[str, MeanEstimate]:
     """Changes of a scheme by quantity."""
-    found = {quantity: table.entry(quantity, scheme).change for quantity in table.quantities}
-    return {quantity: change for quantity, change in found.items() if change is not None}
+    changes = {quantity: table.entry(quantity, scheme).change for quantity in table.quantities}
+    return {quantity: change for quantity, change in changes.items() if change is not None}
 
 
-def bench_claims(bench: Bench) -> list[Claim]:
+def bench_claims(bench: ProposalComparison) -> list[Claim]:
     """Claims on loads and on the coordination of pitch, torque and yaw."""
     alone, together = (changes_of(bench.conventional, name) for name in (PROPOSAL, "all three"))
     loads, travels, servo = (TOWER_LOAD, ROOT_LOAD), (PITCH, TURNED), (PITCH, PITCH_STARTS, SWING)
@@ -171,27 +171,27 @@ def bench_claims(bench: Bench) -> list[Claim]:
     def judged_by(names: tuple[str, ...], changes: dict[str, MeanEstimate]) -> Verdict:
         return enough(bench.conventional.seeds, all(falls(changes[name]) for name in names))
 
-    def said(changes: dict[str, MeanEstimate], names: tuple[str, ...]) -> str:
+    def changes_text(changes: dict[str, MeanEstimate], names: tuple[str, ...]) -> str:
         return ", ".join(f"{name} {percent(changes[name])}" for name in names)
 
     drives = (*servo, TURNED, STARTS)
     less = {"of the pitch servo": judged_by(servo, alone), "of tower and blades": judged_by(loads, alone)}
     spared = judged_by(loads, together)
     return [
-        claim("fatigue", by_reading(less), servo=said(alone, servo), loads=said(alone, loads)),
-        claim("coordination", judged_by(travels, together), travels=said(together, travels)),
-        claim("coordinated loads", spared, drives=said(together, drives), loads=said(together, loads)),
+        claim("fatigue", by_reading(less), servo=changes_text(alone, servo), loads=changes_text(alone, loads)),
+        claim("coordination", judged_by(travels, together), travels=changes_text(together, travels)),
+        claim("coordinated loads", spared, drives=changes_text(together, drives), loads=changes_text(together, loads)),
     ]
 
 
-def travel_change(runs: Runs, inertia: float, scheme: str) -> MeanEstimate:
+def travel_change(runs: PowerControlRuns, inertia: float, scheme: str) -> MeanEstimate:
     """Change of the pitch travel of a scheme against A0 in the turbulent winds, with an inertia [kg m^2]."""
     winds = [w for m, j, w, s in runs.limited if (m, j, s) == (BLADES, inertia, "A0") and w != RAMPS]
     pairs = [(runs.limited[BLADES, inertia, w, scheme], runs.limited[BLADES, inertia, w, "A0"]) for w in winds]
     return mean_interval([pitch_travel(a) / pitch_travel(b) - 1.0 for a, b in pairs])
 
 
-def schemes_table(runs: Runs) -> Table:
+def schemes_table(runs: PowerControlRuns) -> Table:
     """Table of Figure 21, over the turbulent winds."""
     rows = []
     for inertia in runs.setup.inertias:

@@ -26,7 +26,7 @@ from meltemi.papers.palanimuthu2022.machine import (
     rotor,
     turbine,
 )
-from meltemi.papers.study import Progress, told
+from meltemi.papers.study import Progress, step_progress
 from meltemi.power_control.controller import PowerController
 from meltemi.power_control.settings import PowerControl
 from meltemi.simulation.options import ModelOptions
@@ -69,15 +69,15 @@ AHEAD = f"A2, {ANTICIPATION:g} s ahead"
 
 
 @dataclass(frozen=True)
-class Setup:
+class PowerControlSetup:
     """Extent of the simulations.
 
     Attributes:
-      seeds: of turbulence.
-      inertias: [kg m^2] with which active power control is run.
+      seeds: turbulence seeds.
+      inertias: [kg m^2] rotor inertias for active power control.
       curves: readings of the power coefficient in Figure 6.
-      converters: whether Figure 6 is run with the electrical system, too, which takes half a minute.
-      quick: a look.
+      converters: run Figure 6 also with the electrical system, which takes half a minute.
+      quick: few and short runs.
     """
 
     seeds: tuple[int, ...] = (1, 2, 3, 4, 5, 6)
@@ -87,12 +87,12 @@ class Setup:
     quick: bool = False
 
 
-QUICK = Setup(seeds=(1,), inertias=(PHYSICAL,), curves=(FORMULA, SCALED), converters=False, quick=True)
+QUICK = PowerControlSetup(seeds=(1,), inertias=(PHYSICAL,), curves=(FORMULA, SCALED), converters=False, quick=True)
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
 class Reading(NamedTuple):
-    """What the paper leaves open in Figure 6: coefficient, humidity, inertia [kg m^2]; with electrical parts."""
+    """Assumptions that Figure 6 leaves open: coefficient, humidity, inertia [kg m^2], electrical parts."""
 
     model: str
     humidity: float = 0.0
@@ -108,11 +108,11 @@ class Steps:
     """A run of Figure 6 or 7.
 
     Attributes:
-      model: of the power coefficient.
-      air: of the densities that the cases assume, in order: cases i, ii, iii.
-      results: by case.
+      model: model of the power coefficient.
+      air: air of the densities that cases i, ii, iii assume.
+      results: results by case.
       levels: temperatures [degC] or humidities after the lead-in, by interval.
-      lead: [s] before the first of them.
+      lead: [s] duration of the lead-in.
     """
 
     model: str
@@ -138,18 +138,19 @@ class Steps:
 
 
 @dataclass(frozen=True)
-class Runs:
+class PowerControlRuns:
     """Results of all simulations.
 
     Attributes:
-      setup: how much.
+      setup: extent of the simulations.
       temperature: Figure 6 by reading.
       humidity: Figure 7.
       climate: Figure 20 by wind and case.
-      limited: Figure 21 by model, inertia, wind and scheme; M1 and our variant with the physical inertia only.
+      limited: Figure 21 by model, inertia, wind and scheme; M1 and the variant with anticipation with the physical
+        inertia only.
     """
 
-    setup: Setup
+    setup: PowerControlSetup
     temperature: Mapping[Reading, Steps]
     humidity: Steps
     climate: Mapping[tuple[str, str], Result]
@@ -157,12 +158,12 @@ class Runs:
 
 
 def machine_with(model: str, inertia: float = PHYSICAL) -> PowerTurbine:
-    """The library's turbine with a model of its coefficient and an inertia of its rotor [kg m^2]."""
+    """The library's turbine with a model of its power coefficient and a rotor inertia [kg m^2]."""
     return turbine(model).replace(**{"drivetrain.rotor_inertia": inertia})
 
 
 def aero_power(result: Result) -> Float:
-    """[W] aerodynamic power of the rotor."""
+    """Aerodynamic power [W] of the rotor."""
     return np.asarray(result["aerodynamic_power"])
 
 
@@ -178,7 +179,7 @@ def power_ratio(result: Result) -> Float:
 
 
 def staircase(levels: Sequence[float], lead: float, first: float) -> TimeSeries:
-    """Levels of ``INTERVAL`` each after a lead-in."""
+    """Series of levels of duration ``INTERVAL`` each after a lead-in."""
     edges = lead + INTERVAL * np.arange(len(levels))
     values = np.repeat([first, *levels], 2)
     return TimeSeries(time=np.array([0.0, *np.repeat(edges, 2), edges[-1] + INTERVAL]), value=values)
@@ -221,7 +222,7 @@ def temperature_cases(reading: Reading) -> list[Run]:
     """Figure 6: cases i and ii over the steps of the temperature."""
     model, humidity, inertia, converters = reading
     options = ModelOptions(electrical="averaged") if converters else None
-    machine, made = machine_with(model, inertia), rotor(model)
+    machine, model_rotor = machine_with(model, inertia), rotor(model)
     first = paper.TEMPERATURES[0]
     air = Air(temperature=staircase(paper.TEMPERATURES, INTERVAL, first), humidity=humidity)
     rho = float(density(first, humidity))
@@ -233,7 +234,7 @@ def temperature_cases(reading: Reading) -> list[Run]:
             SteadyWind(speed=STEADY),
             air,
             INTERVAL * (1 + len(paper.TEMPERATURES)),
-            speed=made.settled(STANDARD if how == "fixed" else rho, rho) * STEADY / made.radius,
+            speed=model_rotor.settled(STANDARD if how == "fixed" else rho, rho) * STEADY / model_rotor.radius,
             options=options,
             name=f"Fig. 6, {model}, humidity {humidity:g}, J {inertia:.4g}, {how}{', converters' if options else ''}",
         )
@@ -243,7 +244,7 @@ def temperature_cases(reading: Reading) -> list[Run]:
 
 def humidity_cases() -> list[Run]:
     """Figure 7: cases i, ii, iii over the steps of the humidity at 35 degrees."""
-    machine, made = machine_with(FORMULA), rotor(FORMULA)
+    machine, formula = machine_with(FORMULA), rotor(FORMULA)
     air = Air(temperature=35.0, humidity=staircase(paper.HUMIDITIES[1:], INTERVAL, 0.0))
     rho = float(density(35.0))
     return [
@@ -253,14 +254,14 @@ def humidity_cases() -> list[Run]:
             SteadyWind(speed=STEADY),
             air,
             INTERVAL * len(paper.HUMIDITIES),
-            speed=made.settled(1.225 if how == "fixed" else rho, rho) * STEADY / made.radius,
+            speed=formula.settled(1.225 if how == "fixed" else rho, rho) * STEADY / formula.radius,
             name=f"Fig. 7, {how}",
         )
         for how in ("fixed", "temperature", "weather")
     ]
 
 
-def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
+def run_all(setup: PowerControlSetup, *, workers: int | None, progress: Progress) -> PowerControlRuns:
     """Run all simulations of the paper."""
     readings = [Reading(curve) for curve in setup.curves]
     readings += [Reading(curve, humidity, SMALL) for humidity, curve in product((0.0, HUMID), setup.curves)]
@@ -297,11 +298,13 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
         for scheme in (*SCHEMES, *([AHEAD] if (model, inertia) == (BLADES, PHYSICAL) else []))
     }
     cases = [*steps, *moist, *climate.values(), *limited.values()]
-    found = cells(cases, workers=workers, progress=told(progress, "simulations"))
-    at = iter(found)
+    results = cells(cases, workers=workers, progress=step_progress(progress, "simulations"))
+    at = iter(results)
     temperature = {
         reading: Steps(*reading[:3], {"i": next(at), "ii": next(at)}, paper.TEMPERATURES, INTERVAL)
         for reading in readings
     }
     seven = Steps(FORMULA, 0.0, PHYSICAL, {k: next(at) for k in ("i", "ii", "iii")}, paper.HUMIDITIES, 0.0)
-    return Runs(setup, temperature, seven, {key: next(at) for key in climate}, {key: next(at) for key in limited})
+    return PowerControlRuns(
+        setup, temperature, seven, {key: next(at) for key in climate}, {key: next(at) for key in limited}
+    )

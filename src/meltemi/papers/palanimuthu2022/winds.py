@@ -1,4 +1,4 @@
-"""Winds of Figures 20 and 21, which the paper shows but does not describe: turbulence, and a course of ramps."""
+"""Winds of Figures 20 and 21, which the paper shows but does not describe: turbulence, and a series of ramps."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def ramps() -> WindSeries:
 
 
 def turbulent(hub_height: float, seed: int, length: float = LENGTH) -> WindSeries:
-    """Kaimal turbulence at the hub, seen by the whole rotor: the wind of a power-coefficient turbine.
+    """Kaimal turbulence at the hub, uniform over the rotor: the wind of a power-coefficient turbine.
 
-    A rotor of 276 m averages gusts that are smaller than itself; this wind is rougher than what it would feel.
+    A rotor of 276 m averages smaller gusts; the fluctuations of this wind exceed those of the rotor-averaged wind.
     """
     wind = TurbulentWind(speed=MEAN, intensity=INTENSITY, seed=seed, shear_exponent=0.0, dt=0.25)
     grid = WindGrid(points_y=3, points_z=3, dy=1.0, dz=1.0, bottom=hub_height - 1.0, hub_height=hub_height)
@@ -37,5 +37,7 @@ def turbulent(hub_height: float, seed: int, length: float = LENGTH) -> WindSerie
     n = round(length / box.dt) + 1
     row, column = grid.hub
     speed = np.asarray(box.velocity[:n, row, column, 0], np.float64)
-    speed = MEAN + (speed - speed.mean()) * INTENSITY * MEAN / speed.std()  # of these minutes, not of the field
+    speed = (
+        MEAN + (speed - speed.mean()) * INTENSITY * MEAN / speed.std()
+    )  # statistics of these minutes, not of the whole field
     return WindSeries(time=np.arange(n) * box.dt, speed=speed, source=f"Kaimal turbulence, 11 m/s, 10 %, seed {seed}")

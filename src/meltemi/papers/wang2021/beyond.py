@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.papers.study import Draw, Progress, span, tabled, told, worded
+from meltemi.papers.study import Draw, Progress, guarded_table, guarded_text, span, step_progress
 from meltemi.papers.wang2021 import lifetime
 from meltemi.papers.wang2021.beyond_figure import beyond_figure
 from meltemi.papers.wang2021.costs import (
@@ -20,18 +20,18 @@ from meltemi.papers.wang2021.costs import (
     nothing_words,
     over_stopping,
     recheck_table,
-    stopped_all_the_same,
+    stopped_after_derating,
 )
 from meltemi.papers.wang2021.lifetime import production
 from meltemi.papers.wang2021.winds import measured
-from meltemi.papers.wang2021.words import said
+from meltemi.papers.wang2021.words import sentence
 from meltemi.papers.wang2021.years import over_parts, won, year_table
 from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.simulation.rotors import build
 from meltemi.studies.machine_loads import YAW_BENDING
-from meltemi.studies.wind_year import QUARTER, WindSite, Year, a_year, power_curve
-from meltemi.studies.yaw_gusts import FAST, OURS, QUICK, Found, Grid, run_grid
+from meltemi.studies.wind_year import QUARTER, StrategyYear, WindSite, a_year, power_curve
+from meltemi.studies.yaw_gusts import FAST, OURS, QUICK, GustGrid, GustResults, run_grid
 from meltemi.studies.yaw_limits import YawLimits, find_limits, limit_rows, limit_words
 from meltemi.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.tuning.run_store import FailedResult, attempt
@@ -55,8 +55,8 @@ class Beyond:
     """
 
     limits: YawLimits
-    grid: Found
-    years: tuple[Year, ...]
+    grid: GustResults
+    years: tuple[StrategyYear, ...]
     usual: Mapping[str, float]
 
 
@@ -88,11 +88,11 @@ def study(
         limit_seeds[: 1 if quick else None],
         wind_class=WIND_CLASS,
         workers=workers,
-        progress=told(span(progress, 0.0, 0.15), "loads at yaw errors"),
+        progress=step_progress(span(progress, 0.0, 0.15), "loads at yaw errors"),
         **few,
     )
     ours = attempt("base points", lambda: limits.base_points)
-    chosen = QUICK if quick else Grid()
+    chosen = QUICK if quick else GustGrid()
     grid = attempt(
         "grid",
         run_grid,
@@ -100,7 +100,7 @@ def study(
         chosen if speed is None else replace(chosen, speeds=(*chosen.speeds[:-1], speed)),
         None if isinstance(ours, FailedResult) else ours,
         workers=workers,
-        progress=told(span(progress, 0.15, 0.8), "gusts"),
+        progress=step_progress(span(progress, 0.15, 0.8), "gusts"),
     )
     progress(0.95, "a year of wind")
     curve = attempt("power curve", power_curve, fixed)
@@ -150,15 +150,15 @@ def chapter(found: Beyond, draw: Draw) -> Section:
     return Section(
         "Beyond the paper: what an owner would do",
         [
-            worded(partial(verdict, found), "What to do"),
-            worded(lambda: nothing_words(found.grid), "Doing nothing"),
+            guarded_text(partial(verdict, found), "What to do"),
+            guarded_text(lambda: nothing_words(found.grid), "Doing nothing"),
             draw("beyond", "Derate or stop: one page to act on", figure),
-            tabled("What the strategies cost", lambda: costs_table(found.grid)),
-            tabled("Lifetime loads", lambda: lifetime.table(found.grid, found.usual, STRATEGIES[:-1])),
-            tabled("Extremes of derating over those of stopping", lambda: over_stopping(found.grid)),
-            tabled("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
-            tabled("Base points", lambda: limits_table(found.limits)),
-            tabled("A year of wind", lambda: year_table(found.years)),
+            guarded_table("What the strategies cost", lambda: costs_table(found.grid)),
+            guarded_table("Lifetime loads", lambda: lifetime.table(found.grid, found.usual, STRATEGIES[:-1])),
+            guarded_table("Extremes of derating over those of stopping", lambda: over_stopping(found.grid)),
+            guarded_table("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
+            guarded_table("Base points", lambda: limits_table(found.limits)),
+            guarded_table("A year of wind", lambda: year_table(found.years)),
         ],
     )
 
@@ -168,11 +168,11 @@ def verdict(found: Beyond) -> str:
     return " ".join((_of_gusts(found.grid), _of_base_points(found.limits), _of_the_year(found.years)))
 
 
-def _of_gusts(grid: Found) -> str:
+def _of_gusts(grid: GustResults) -> str:
     share = 100.0 * longest(grid).groupby("strategy")["stops"].mean()
     bending = {name: costs(grid.rows, name, f"{YAW_BENDING}, extreme") for name in ("S1", "S2", OURS)}
-    stops, rates = 100.0 * stopped_all_the_same(grid), np.degrees(grid.grid.yaw_rates)
-    return said(
+    stops, rates = 100.0 * stopped_after_derating(grid), np.degrees(grid.grid.yaw_rates)
+    return sentence(
         "owner",
         S1=share["S1"],
         S2=share["S2"],
@@ -194,14 +194,14 @@ def _of_base_points(limits: YawLimits) -> str:
     kinds = {"stricter": paper < allowed - 1e-6, "laxer": paper > allowed + 1e-6}
     than = [f"{word} at {', '.join(f'{v:g}' for v in c[at])} m/s" for word, at in kinds.items() if at.any()]
     base = "; ".join(f"{v:g} m/s {np.degrees(b):.0f} deg" for v, b in zip(c, allowed, strict=True))
-    return said("base points", base=base, than=" and ".join(than) or "the same")
+    return sentence("base points", base=base, than=" and ".join(than) or "the same")
 
 
-def _of_the_year(years: Sequence[Year]) -> str:
+def _of_the_year(years: Sequence[StrategyYear]) -> str:
     most, least = (of(y.fronts for y in years) for of in (max, min))
     ours = won(years, OURS, most)
     energy = over_parts(years, "S1", most, lambda y: y.energy / 3.6e9).mean()
-    return said(
+    return sentence(
         "year",
         fronts=most,
         won=with_interval(won(years, "S2", most), 0),

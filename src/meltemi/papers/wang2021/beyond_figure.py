@@ -1,4 +1,4 @@
-"""The figure to choose a strategy by: maps over the gusts, recheck, allowed yaw errors, a year."""
+"""Figure for the choice of a strategy: maps over the gusts, recheck, allowed yaw errors, a year."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.papers.wang2021.costs import KWH, longest, relative, stopped_all_the_same
+from meltemi.papers.wang2021.costs import KWH, longest, relative, stopped_after_derating
 from meltemi.papers.wang2021.years import won
 from meltemi.report.figure import MINUS
 from meltemi.report.palette import COLOURS, DIVERGING, GROWING, INK
 from meltemi.report.plots import new_figure, panel
 from meltemi.studies.machine_loads import YAW_BENDING
-from meltemi.studies.wind_year import FRONTS, Year
-from meltemi.studies.yaw_gusts import OURS, Found
+from meltemi.studies.wind_year import FRONTS, StrategyYear
+from meltemi.studies.yaw_gusts import OURS, GustResults
 from meltemi.studies.yaw_limits import YawLimits, draw_limits
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 
-def beyond_figure(grid: Found, limits: YawLimits, years: Sequence[Year]) -> Figure:
+def beyond_figure(grid: GustResults, limits: YawLimits, years: Sequence[StrategyYear]) -> Figure:
     """Energy and loads by gust, rechecks, allowed yaw errors, and a year."""
     figure, axes = new_figure(3, 3, size=(12.0, 10.0), share=False)
     some = longest(grid)
@@ -57,7 +57,7 @@ def beyond_figure(grid: Found, limits: YawLimits, years: Sequence[Year]) -> Figu
 
 
 def by_gust(rows: pd.DataFrame, column: str) -> tuple[Float, Float, Float]:
-    """Direction changes [deg], rise times [s], and means of a column over all else (times, changes)."""
+    """Direction changes [deg], rise times [s], and means of a column over other parameters (times, changes)."""
     table = rows.pivot_table(index="time", columns="change", values=column, aggfunc="mean")
     return np.degrees(table.columns.to_numpy()).round(), table.index.to_numpy(), table.to_numpy()
 
@@ -69,23 +69,23 @@ def _scale(name: str, colours: Sequence[str]) -> LinearSegmentedColormap:
 
 
 def heat_map(ax: Axes, x: Float, y: Float, values: Float, title: str, *, text: str, low: float, high: float) -> None:
-    """Draw (rows by ``y``, columns by ``x``) values as colours from ``low`` to ``high``, with their numbers."""
+    """Draw values (rows by ``y``, columns by ``x``) as colours from ``low`` to ``high``, with numbers."""
     scale = _scale("growing", GROWING) if low == 0.0 else _scale("change", DIVERGING[::-1])
-    drawn = ax.imshow(values, origin="lower", aspect="auto", cmap=scale, vmin=low, vmax=high)
+    image = ax.imshow(values, origin="lower", aspect="auto", cmap=scale, vmin=low, vmax=high)
     for i in range(len(y)):
         for j in range(len(x)):
             if np.isfinite(values[i, j]):
-                light = drawn.cmap(drawn.norm(values[i, j]))[:3] @ np.array([0.2126, 0.7152, 0.0722]) > 0.4
+                light = image.cmap(image.norm(values[i, j]))[:3] @ np.array([0.2126, 0.7152, 0.0722]) > 0.4
                 colour = INK if light else "white"
-                said = format(values[i, j], text).replace("-", MINUS).replace("+0", "0").replace(f"{MINUS}0", "0")
-                ax.text(j, i, said, ha="center", va="center", fontsize=9.0, color=colour)
+                label = format(values[i, j], text).replace("-", MINUS).replace("+0", "0").replace(f"{MINUS}0", "0")
+                ax.text(j, i, label, ha="center", va="center", fontsize=9.0, color=colour)
     ax.set_xticks(range(len(x)), [f"{v:g}" for v in x])
     ax.set_yticks(range(len(y)), [f"{v:g}" for v in y])
     ax.set_title(title)
 
 
-def _recheck(ax: Axes, grid: Found) -> None:
-    values = 100.0 * stopped_all_the_same(grid)
+def _recheck(ax: Axes, grid: GustResults) -> None:
+    values = 100.0 * stopped_after_derating(grid)
     rates = np.degrees(grid.grid.yaw_rates).round(2)
     title = "derated runs that stop all the same [%]"
     heat_map(ax, np.array(grid.grid.rechecks), rates, values, title, text=".0f", low=0.0, high=100.0)
@@ -93,10 +93,10 @@ def _recheck(ax: Axes, grid: Found) -> None:
     ax.set_ylabel("yaw rate [deg/s]")
 
 
-def _years(ax: Axes, years: Sequence[Year]) -> None:
+def _years(ax: Axes, years: Sequence[StrategyYear]) -> None:
     for colour, name in zip(COLOURS, ("S2", OURS, "S3"), strict=False):
-        found = [won(years, name, fronts) for fronts in FRONTS]
-        ax.errorbar(FRONTS, [e.mean for e in found], [e.half_width for e in found], fmt="o-", color=colour, label=name)
+        gains = [won(years, name, fronts) for fronts in FRONTS]
+        ax.errorbar(FRONTS, [e.mean for e in gains], [e.half_width for e in gains], fmt="o-", color=colour, label=name)
     panel(ax, "won in a year against stopping", "MWh")
     ax.set_xlabel("fronts a year")
     ax.legend(loc="upper left")

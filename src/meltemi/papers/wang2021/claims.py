@@ -24,18 +24,18 @@ from meltemi.papers.wang2021.gust import (
     STOP,
     Gust,
     Gusts,
-    Setting,
+    GustSetting,
     ordered,
     spread,
 )
-from meltemi.papers.wang2021.runs import AS_SCALED, CALIBRATED, STOP_AT, Runs
+from meltemi.papers.wang2021.runs import AS_SCALED, CALIBRATED, STOP_AT, YawProtectionRuns
 from meltemi.papers.wang2021.table2 import FITTED, MOMENT, POWER, Table2
 from meltemi.papers.wang2021.winds import GUST_BEGIN, POWER_SPEED, TIMES, measured
 from meltemi.papers.wang2021.years import over_parts, paired
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.studies.machine_loads import TOP_SHEAR, YAW_BENDING
-from meltemi.studies.wind_year import Year
+from meltemi.studies.wind_year import StrategyYear
 from meltemi.studies.yaw_gusts import transitions
 from meltemi.supervisor.threshold import YawProtection, yaw_threshold
 from meltemi.tuning.run_store import survivors
@@ -50,7 +50,7 @@ HALF, DIGIT = 0.5, 0.05
 """Of "about 50 %", and half a unit of its first digit."""
 
 
-def claims(runs: Runs, years: Sequence[Year]) -> list[Claim]:
+def claims(runs: YawProtectionRuns, years: Sequence[StrategyYear]) -> list[Claim]:
     """All claims."""
     found = []
     for name, table in runs.tables.items():
@@ -121,7 +121,7 @@ def _words(values: Sequence[float] | Float, unit: str, digits: int = 0) -> str:
     return f"{with_interval(mean_interval(values), digits)} {unit}"
 
 
-def _start_up(runs: Runs) -> list[Claim]:
+def _start_up(runs: YawProtectionRuns) -> list[Claim]:
     powers = [r.between(180.0, 240.0)["generator_power"] * 1e-3 for r in survivors(runs.start_up)]
     mean = [float(p.mean()) for p in powers]
     simulated, measured_one = (100.0 * (float(np.mean(mean)) / stated - 1.0) for stated in (1435.0, 1380.0))
@@ -134,7 +134,7 @@ def _start_up(runs: Runs) -> list[Claim]:
     ]
 
 
-def _power_stage(runs: Runs) -> list[Claim]:
+def _power_stage(runs: YawProtectionRuns) -> list[Claim]:
     results = survivors(runs.power_stage)
     held = [r.between(360.0, 430.0) for r in results]
     v2 = [float(r["generator_power"].mean()) * 1e-3 for r in held]
@@ -172,7 +172,7 @@ def _strategies(g: Gusts) -> list[Claim]:
         return g.over_all(of, MACHINE)
 
     begins = [over_all(lambda each, name=name: each.first_pitch(name)) for name in (STOP, DERATE, IGNORE)]  # type: ignore[misc]
-    derated = [over_all(lambda each, of=of: of(each.held())) for of in (np.mean, np.min, np.max)]  # type: ignore[misc]
+    derated = [over_all(lambda each, of=of: of(each.derated_power())) for of in (np.mean, np.min, np.max)]  # type: ignore[misc]
     last = [over_all(lambda each, name=name: float(each.power(name, 80.0).mean()) * 1e-3) for name in (STOP, IGNORE)]  # type: ignore[misc]
     feathered = [over_all(lambda each, name=name: each.feathered(name)) for name in (STOP, EMERGENCY)]  # type: ignore[misc]
     stops = over_all(lambda each: len(transitions(each.results[IGNORE], "stop")))
@@ -209,14 +209,14 @@ def _error(values: Float) -> float:
     return float(np.std(values, ddof=1) / np.sqrt(len(values))) if len(values) > 1 else 0.0
 
 
-def _settings(g: Gusts) -> Iterator[tuple[str, list[Setting]]]:
+def _settings(g: Gusts) -> Iterator[tuple[str, list[GustSetting]]]:
     """Settings of the paper's machine, one for each yaw control, by direction and rise time in words."""
     own = [setting for setting in g.phases if setting.machine == MACHINE]
     for time, (sign, direction) in product(TIMES, SIGNS.items()):
         yield f"{direction} within {time:g} s", [s for s in own if (s.sign, s.time) == (sign, time)]
 
 
-def _by_control(words: str, settings: Sequence[Setting], holds: Callable[[Setting], bool]) -> dict[str, bool]:
+def _by_control(words: str, settings: Sequence[GustSetting], holds: Callable[[GustSetting], bool]) -> dict[str, bool]:
     """Verdicts by yaw control; one for all if they agree."""
     found = {f"{words} with {s.average:g} s": holds(s) for s in settings}
     return found if len(set(found.values())) > 1 else {f"{words} with every yaw control": next(iter(found.values()))}
@@ -251,7 +251,7 @@ def _loads(g: Gusts) -> list[Claim]:
     ]
 
 
-def _of_years(g: Gusts, years: Sequence[Year]) -> list[Claim]:
+def _of_years(g: Gusts, years: Sequence[StrategyYear]) -> list[Claim]:
     """What derating and the interpolated threshold are worth in a year, and what the threshold is worth in the gust."""
     fronts = sorted({y.fronts for y in years})
     more = {n: paired(years, "S2", "S1", n, lambda y: 100.0 * y.available) for n in fronts}

@@ -1,13 +1,13 @@
-"""Derating planned on a lifetime damage budget: where in the wind a budget is spent best.
+"""Derating planned on a lifetime damage budget: the best distribution of a budget over the wind speeds.
 
 Requate, Meyer and Hofmann (2023), Wind Energ. Sci. 8, 1727, distribute the damage budget of a failure mode over the
-lifetime by reducing power. Here the budget is a share of the damage of a load that
-production at full power does, in a year of the paper's site; the plan is the power limit in each bin of the wind
-speed, in shares of its time, that keeps the damage within it and produces most: a linear programme. It is compared with
-one limit in all winds that keeps the same budget, and with both ways to limit the power: at rated speed (A1) and at the
-lowest speed that gives the power (A0).
+lifetime by reducing power. Here the budget is a share of the damage that
+production at full power causes in a year at the paper's site; the plan is the share of time at each power limit in
+each wind speed bin that keeps the damage within the budget with the largest production: a linear programme. It is
+compared with one limit in all winds for the same budget, and for both ways to limit the power: at rated speed (A1)
+and at the lowest speed that gives the power (A0).
 
-Plans are made on half of the seeds and judged on the others, in turn, so that no seed judges its own plan.
+Plans are computed with half of the seeds and judged with the other half, and vice versa.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from meltemi.analyses.performance import performance_of
 from meltemi.iec.winds import ntm, nwp
-from meltemi.papers.study import Draw, Progress, answered, told
-from meltemi.papers.wang2021.words import said
+from meltemi.papers.study import Draw, Progress, answer_chapter, step_progress
+from meltemi.papers.wang2021.words import sentence
 from meltemi.postprocess.ensemble import mean_interval, weibull_weights
 from meltemi.power_control.coordinated import CoordinatedController
 from meltemi.power_control.settings import PowerControl, Scheme
@@ -57,13 +57,13 @@ SPENT = (TOWER_BASE, YAW_BENDING, BLADE_ROOT)
 
 
 @dataclass(frozen=True)
-class Rates:
-    """What production costs and gives.
+class DamageRates:
+    """Power and damage rates of production.
 
     Attributes:
-      power: by scheme (speeds, levels, seeds) [W] mean.
+      power: by scheme (speeds, levels, seeds) [W] mean power.
       damage: by scheme and load (speeds, levels, seeds) damage rate, as L^m of the load in its unit.
-      shares: (speeds,) of the year.
+      shares: (speeds,) shares of the year.
     """
 
     power: Mapping[str, Float]
@@ -71,7 +71,7 @@ class Rates:
     shares: Float
 
 
-def study(turbine: Turbine, mean_wind: float, quick: bool, *, workers: int | None, progress: Progress) -> Rates:
+def study(turbine: Turbine, mean_wind: float, quick: bool, *, workers: int | None, progress: Progress) -> DamageRates:
     """Run production under the power limits."""
     seeds, length = ((1, 2), 20.0) if quick else ((1, 2, 3, 4), LENGTH)
     model = build(turbine, FAST.replace(yaw="held"))
@@ -100,28 +100,30 @@ def study(turbine: Turbine, mean_wind: float, quick: bool, *, workers: int | Non
         loads = {load: fatigue(part, load) ** LOADS[load].slope for load in SPENT}
         return {"power": float(part["generator_power"].mean())} | loads
 
-    found = cells(cases, reduce=rates, workers=workers, progress=told(progress, "production under power limits"))
+    results = cells(
+        cases, reduce=rates, workers=workers, progress=step_progress(progress, "production under power limits")
+    )
     shape = (len(SCHEMES), len(SPEEDS), len(LEVELS), len(seeds))
 
     def column(of: str) -> Float:
-        return np.reshape([each[of] for each in found], shape)
+        return np.reshape([each[of] for each in results], shape)
 
     power = dict(zip(SCHEMES, column("power"), strict=True))
     damage = {(name, load): column(load)[i] for i, name in enumerate(SCHEMES) for load in SPENT}
-    return Rates(power, damage, weibull_weights(SPEEDS, mean_wind, 2.0, tails="end_bins"))
+    return DamageRates(power, damage, weibull_weights(SPEEDS, mean_wind, 2.0, tails="end_bins"))
 
 
 def plan(power: Float, damage: Float, shares: Float, budget: float, *, alike: bool = False) -> Float:
-    """Shares of time at each limit that give most energy within a damage budget: a linear programme.
+    """Shares of time at each limit with the largest energy within a damage budget: a linear programme.
 
     Args:
       power, damage: (speeds, levels) [W] and damage rate; the first level is full power.
-      shares: (speeds,) of the year.
-      budget: of the damage at full power.
+      shares: (speeds,) shares of the year.
+      budget: share of the damage at full power.
       alike: the same limits at all wind speeds.
 
     Returns:
-      (speeds, levels), each row with the sum one; NaN where no limits keep the budget.
+      (speeds, levels) shares, each row with the sum one; NaN where no limits keep the budget.
     """
     from scipy.optimize import linprog
 
@@ -129,24 +131,24 @@ def plan(power: Float, damage: Float, shares: Float, budget: float, *, alike: bo
     gain, cost = shares[:, None] * power, shares[:, None] * damage
     most = budget * cost[:, 0].sum()
     if alike:
-        found = linprog(-gain.sum(0), A_ub=cost.sum(0)[None], b_ub=[most], A_eq=np.ones((1, levels)), b_eq=[1.0])
-        return np.tile(_solved(found, levels), (speeds, 1))
+        solution = linprog(-gain.sum(0), A_ub=cost.sum(0)[None], b_ub=[most], A_eq=np.ones((1, levels)), b_eq=[1.0])
+        return np.tile(_solved(solution, levels), (speeds, 1))
     ones = np.kron(np.eye(speeds), np.ones(levels))
-    found = linprog(-gain.ravel(), A_ub=cost.ravel()[None], b_ub=[most], A_eq=ones, b_eq=np.ones(speeds))
-    return _solved(found, speeds * levels).reshape(speeds, levels)
+    solution = linprog(-gain.ravel(), A_ub=cost.ravel()[None], b_ub=[most], A_eq=ones, b_eq=np.ones(speeds))
+    return _solved(solution, speeds * levels).reshape(speeds, levels)
 
 
-def _solved(found: Any, size: int) -> Float:
-    return np.asarray(found.x) if found.success else np.full(size, np.nan)
+def _solved(solution: Any, size: int) -> Float:
+    return np.asarray(solution.x) if solution.success else np.full(size, np.nan)
 
 
 @dataclass(frozen=True)
-class Kept:
-    """What a kind of plan keeps on seeds that it was not made on, one entry for each seed.
+class PlanOutcome:
+    """Outcome of a kind of plan with seeds not used for the plan, one entry per seed.
 
     Attributes:
-      energy: change of the energy of a year, a share.
-      damage: of the budgeted load, over that at full power.
+      energy: relative change of the annual energy.
+      damage: damage of the budgeted load over that at full power.
       limits: (speeds,) mean power limit over rated power.
     """
 
@@ -155,24 +157,24 @@ class Kept:
     limits: Float
 
 
-def judged(rates: Rates, scheme: str, load: str, budget: float, *, alike: bool = False) -> Kept:
-    """Plans on each half of the seeds, judged on the other half."""
+def judged(rates: DamageRates, scheme: str, load: str, budget: float, *, alike: bool = False) -> PlanOutcome:
+    """Outcome of plans from each half of the seeds, judged with the other half."""
     power, damage = rates.power[scheme], rates.damage[scheme, load]
     n = power.shape[-1]
     halves = (np.arange(n) < n // 2, np.arange(n) >= n // 2)
     energy, left, limits = np.zeros(n), np.zeros(n), []
-    for own, others in (halves, halves[::-1]):
-        x = plan(power[..., own].mean(-1), damage[..., own].mean(-1), rates.shares, budget, alike=alike)
+    for planning, others in (halves, halves[::-1]):
+        x = plan(power[..., planning].mean(-1), damage[..., planning].mean(-1), rates.shares, budget, alike=alike)
         weights = rates.shares[:, None] * x
         for of, into in ((power, energy), (damage, left)):
             full = np.einsum("i,ik->k", rates.shares, of[:, 0])
             into[others] = (np.einsum("ij,ijk->k", weights, of) / full)[others]
         limits.append(x @ np.array(LEVELS))
-    return Kept(energy - 1.0, left, np.mean(limits, axis=0))
+    return PlanOutcome(energy - 1.0, left, np.mean(limits, axis=0))
 
 
-def kinds(rates: Rates, load: str, budget: float) -> dict[str, Kept]:
-    """Plans for a budget: over the wind or the same in all winds, by scheme."""
+def kinds(rates: DamageRates, load: str, budget: float) -> dict[str, PlanOutcome]:
+    """Outcomes for a budget: limits by wind speed or the same in all winds, by scheme."""
     words = {True: ALIKE, False: PLANNED}
     return {
         f"{words[alike]}, {scheme}": judged(rates, scheme, load, budget, alike=alike)
@@ -181,11 +183,11 @@ def kinds(rates: Rates, load: str, budget: float) -> dict[str, Kept]:
 
 
 def _text(values: Float, sign: str = "", factor: float = 1.0, unit: str = "") -> str:
-    """Mean and interval over the seeds, if there is a plan."""
+    """Text of mean and interval over the seeds, if there is a plan."""
     return "no plan" if np.isnan(values).any() else with_interval(mean_interval(factor * values), 2, sign) + unit
 
 
-def budget_table(rates: Rates) -> Table:
+def budget_table(rates: DamageRates) -> Table:
     """Table of energy and damage of the plans by budgeted load."""
     rows = []
     for load, budget in product(SPENT, BUDGETS):
@@ -205,20 +207,22 @@ def budget_table(rates: Rates) -> Table:
     return Table(head, rows, "Energy and damage of planned derating", text_columns=3, note=note)
 
 
-def verdict(rates: Rates) -> str:
-    """What planning is worth for the first load and the smaller budget."""
+def verdict(rates: DamageRates) -> str:
+    """Conclusion on the value of planning for the first load and the smaller budget."""
     load, budget = SPENT[0], BUDGETS[-1]
     lost = {name: kept.energy for name, kept in kinds(rates, load, budget).items()}
     energy = "; ".join(f"{name} {_text(x, '+', 100.0, ' %')}" for name, x in lost.items())
     saved = {scheme: lost[f"{PLANNED}, {scheme}"] - lost[f"{ALIKE}, {scheme}"] for scheme in SCHEMES}
-    told_apart = [scheme for scheme, x in saved.items() if not np.isnan(x).any()]  # where both kinds have a plan
+    told_apart = [
+        scheme for scheme, x in saved.items() if not np.isnan(x).any()
+    ]  # seeds for which both kinds have a plan
     worth = (
         " and ".join(f"{_text(saved[s], '+', 100.0, ' points')} with {s}" for s in told_apart) or "nothing to compare"
     )
-    return said("budget", load=load, budget=100.0 * budget, energy=energy, saved=worth)
+    return sentence("budget", load=load, budget=100.0 * budget, energy=energy, saved=worth)
 
 
-def chapter(rates: Rates, draw: Draw) -> Section:
+def chapter(rates: DamageRates, draw: Draw) -> Section:
     """Chapter of derating on a damage budget."""
     heading = "Beyond the paper: derating on a damage budget"
-    return answered(heading, lambda: verdict(rates), [], lambda: [budget_table(rates)])
+    return answer_chapter(heading, lambda: verdict(rates), [], lambda: [budget_table(rates)])

@@ -1,4 +1,4 @@
-"""The paper's figures from our runs."""
+"""Figures of the paper from our runs."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def table2(tables: dict[str, Table2]) -> Figure:
         values = [getattr(r, column) for r in rows]
         ax.plot(speed, values, color=INK, marker="s", markersize=4, linewidth=0.0, label="measured")
         for colour, (label, table) in zip(COLOURS, tables.items(), strict=False):
-            found = table.column(name, of)
-            ax.plot(speed, found, color=colour, marker="o", markersize=3, label=label)
+            series = table.column(name, of)
+            ax.plot(speed, series, color=colour, marker="o", markersize=3, label=label)
             if of == "mean":
                 low, high = table.column(name, "min"), table.column(name, "max")
                 ax.fill_between(speed, low, high, color=colour, alpha=0.10, linewidth=0.0)
@@ -69,7 +69,7 @@ def validation(results: Sequence[Result], title: str, spans: Sequence[tuple[floa
     """Figures 4 and 5: all seeds of a validation run, the first one in colour.
 
     Args:
-      spans: begin and end [s], words, and power [kW] of what the paper states.
+      spans: begin and end [s], text, and power [kW] of statements of the paper.
     """
     figure, axes = new_figure(len(SHOWN), size=(9.0, 1.45 * len(SHOWN) + 0.8))
     for ax, (name, unit, of) in zip(axes[:, 0], SHOWN, strict=True):
@@ -124,7 +124,7 @@ def gust_wind(gusts: Gusts) -> Figure:
 
 
 def gust_runs(gust: Gust, letters: str = "") -> Figure:
-    """Pitch, power, rotor speed and loads under the strategies; with the letters of the paper's panels, if given."""
+    """Pitch, power, rotor speed and loads under the strategies, with the letters of the panels in the paper."""
     panels: list[Panel] = [
         ("pitch", "deg", lambda r: np.degrees(r["pitch_1"])),
         ("electrical power", "kW", channel("generator_power", 1e-3)),
@@ -134,13 +134,13 @@ def gust_runs(gust: Gust, letters: str = "") -> Figure:
         load = LOADS[name]
         panels.append((name, load.unit, lambda r, load=load: load.size(r) * load.factor))  # type: ignore[misc]
     if letters:
-        own = zip(letters, panels, strict=True)
-        panels = [(f"Fig. 10{a}: {what}" if a.strip() else what, *rest) for a, (what, *rest) in own]  # type: ignore[misc]
+        lettered = zip(letters, panels, strict=True)
+        panels = [(f"Fig. 10{a}: {what}" if a.strip() else what, *rest) for a, (what, *rest) in lettered]  # type: ignore[misc]
     return series(panels, {n: gust.results[n] for n in DRAWN if n in gust.results}, height=1.8, rest=0.6)
 
 
 def figure_10(gust: Gust) -> Figure:
-    """Figure 10; dotted: the paper's 18 s, which assume when its gust begins, and 2,000 kW."""
+    """Figure 10; dotted: the paper's 18 s (for an assumed begin of its gust) and 2,000 kW."""
     figure = gust_runs(gust, "AB CCD")
     pitch, power, *_ = figure.axes
     pitch.axvline(18.0, color=INK, linestyle=":", linewidth=1.0)

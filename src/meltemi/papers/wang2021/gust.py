@@ -39,7 +39,7 @@ MOVED = np.radians(0.2)
 
 
 def first(result: Result, where: NDArray[np.bool_]) -> float:
-    """[s] time of the first record that meets a condition; NaN if none does."""
+    """Time [s] of the first sample that meets a condition; NaN if none does."""
     return float(result.time[np.argmax(where)]) if where.any() else np.nan
 
 
@@ -48,7 +48,7 @@ class Gust:
     """Runs in one wind, by strategy.
 
     Attributes:
-      results: by strategy.
+      results: results by strategy.
     """
 
     results: Mapping[str, Result] = field(repr=False)
@@ -62,22 +62,22 @@ class Gust:
         return self.peak(strategy, load) / self.peak(against, load)
 
     def first_pitch(self, strategy: str) -> float:
-        """[s] time at which the pitch of blade 1 differs from its initial value by 0.2 degrees."""
+        """Time [s] at which the pitch of blade 1 differs from its initial value by 0.2 degrees."""
         result = self.results[strategy]
         return first(result, np.abs(result["pitch_1"] - result["pitch_1"][0]) > MOVED)
 
     def triggered(self, strategy: str) -> float:
-        """[s] time at which the yaw error first exceeds its threshold, both as measured by the controller."""
+        """Time [s] at which the yaw error first exceeds its threshold, both as measured by the controller."""
         result = self.results[strategy]
         return first(result, np.abs(result["yaw_error"]) > result["yaw_threshold"])
 
     def feathered(self, strategy: str) -> float:
-        """[s] time at which the pitch exceeds 85 degrees; NaN if it does not."""
+        """Time [s] at which the pitch exceeds 85 degrees; NaN if it does not."""
         result = self.results[strategy]
         return first(result, result["pitch_1"] > np.radians(85.0))
 
     def held(self) -> Float:
-        """(T,) [kW] power of derating from 30 s after it began; NaN if it did not."""
+        """(T,) [kW] power from 30 s after the begin of derating; NaN without derating."""
         begin = next((e.time for e in transitions(self.results[DERATE], "derate")), np.inf)
         return self.power(DERATE, begin + 30.0) * 1e-3 if np.isfinite(begin) else np.array([np.nan])
 
@@ -86,7 +86,7 @@ class Gust:
         return self.results[strategy].between(begin, end)["generator_power"]
 
 
-class Setting(NamedTuple):
+class GustSetting(NamedTuple):
     """Machine, averaging time [s] of the yaw control, sign of the direction change, and time [s] that it takes."""
 
     machine: str
@@ -96,7 +96,7 @@ class Setting(NamedTuple):
 
     @property
     def words(self) -> str:
-        """The setting in words."""
+        """The setting as text."""
         return f"{self.machine}, {self.average:g} s, {SIGNS[self.sign]}, within {self.time:g} s"
 
 
@@ -105,18 +105,18 @@ class Gusts:
     """Runs of all machines, yaw controls and directions.
 
     Attributes:
-      phases: by setting: one entry for each azimuth of the rotor.
+      phases: runs by setting, one entry for each azimuth of the rotor.
       shown: settings of the figures: both directions and all rise times.
     """
 
-    phases: Mapping[Setting, Sequence[Gust]] = field(repr=False)
-    shown: tuple[Setting, ...]
+    phases: Mapping[GustSetting, Sequence[Gust]] = field(repr=False)
+    shown: tuple[GustSetting, ...]
 
     def first(self, sign: int, time: float = STATED) -> Gust:
-        """Of the figures in a direction and with a rise time, the first phase."""
+        """The first phase for a direction and a rise time, for the figures."""
         return self.phases[next(s for s in self.shown if (s.sign, s.time) == (sign, time))][0]
 
-    def values(self, setting: Setting, of: Callable[[Gust], float]) -> Float:
+    def values(self, setting: GustSetting, of: Callable[[Gust], float]) -> Float:
         """(phases,) values of a function of the runs, without phases in which a run failed.
 
         Raises:
@@ -124,20 +124,20 @@ class Gusts:
         """
         gusts = self.phases[setting]
         failed = [r for g in gusts for r in g.results.values() if isinstance(r, FailedResult)]
-        found = [of(g) for g in gusts if not any(isinstance(r, FailedResult) for r in g.results.values())]
-        if not found:
+        values = [of(g) for g in gusts if not any(isinstance(r, FailedResult) for r in g.results.values())]
+        if not values:
             raise FailedResultError(failed[0].why)
-        return np.array(found)
+        return np.array(values)
 
     def over_all(self, of: Callable[[Gust], float], machine: str = "", sign: int = 0, time: float = 0.0) -> Float:
-        """Values in all settings, of a machine, a direction and a rise time if they are given."""
+        """Values in all settings, or in those of a given machine, direction and rise time."""
         chosen = [
             s for s in self.phases if machine in ("", s.machine) and sign in (0, s.sign) and time in (0.0, s.time)
         ]
         return np.concatenate([self.values(setting, of) for setting in chosen])
 
-    def ratios(self, setting: Setting, load: str, against: str, strategy: str = DERATE) -> Float:
-        """(phases,) ratios of the peaks of a load under a strategy, derating, and under another."""
+    def ratios(self, setting: GustSetting, load: str, against: str, strategy: str = DERATE) -> Float:
+        """(phases,) ratios of the peak loads under a strategy (by default derating) and another one."""
         return self.values(setting, lambda g: g.ratio(load, against, strategy))
 
 
@@ -148,7 +148,7 @@ def ordered(g: Gust) -> float:
 
 
 def spread(values: Float, form: str = ".2f") -> str:
-    """Smallest to largest value, of those that are there."""
+    """Range from smallest to largest value, without missing ones."""
     low, high = format(np.nanmin(values), form), format(np.nanmax(values), form)
     return low if low == high else f"{low} to {high}"
 

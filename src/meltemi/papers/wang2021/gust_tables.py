@@ -24,7 +24,7 @@ from meltemi.papers.wang2021.gust import (
     spread,
 )
 from meltemi.papers.wang2021.winds import TIMES
-from meltemi.papers.wang2021.words import said
+from meltemi.papers.wang2021.words import sentence
 from meltemi.reports.blocks import Table
 from meltemi.simulation.result import Result
 from meltemi.studies.machine_loads import TOP_SHEAR, YAW_BENDING
@@ -45,12 +45,14 @@ def ratios_table(g: Gusts) -> Table:
     if all(EMERGENCY in x.results for phases in g.phases.values() for x in phases):
         against.append((YAW_BENDING, DERATE, EMERGENCY))
     head = ["machine", "yaw average\ns", "change", "within\ns"]
-    head += [f"{load}\n{own[:2]} over {other if other == EMERGENCY else other[:2]}" for load, own, other in against]
+    head += [
+        f"{load}\n{strategy[:2]} over {other if other == EMERGENCY else other[:2]}" for load, strategy, other in against
+    ]
     head += ["tower top\nS1 < S2 < S3"]
     rows = []
     for s in g.phases:
         x = g.values(s, ordered)
-        cells = [spread(g.ratios(s, load, other, own)) for load, own, other in against]
+        cells = [spread(g.ratios(s, load, other, strategy)) for load, strategy, other in against]
         rows.append([s.machine, f"{s.average:g}", SIGNS[s.sign], f"{s.time:g}", *cells, f"{x.sum():.0f} of {len(x)}"])
     note = (
         f"Smallest to largest over {len(next(iter(g.phases.values())))} azimuths of the rotor. The default yaw control "
@@ -61,11 +63,11 @@ def ratios_table(g: Gusts) -> Table:
 
 
 def causes_table(g: Gusts) -> Table:
-    """Table of experiments on what makes the peaks: each changes one thing in the same gust and phase."""
+    """Table of experiments on the causes of the peaks: each changes one parameter in the same gust and phase."""
     rows = []
-    for s, (own, against, load) in product(g.shown, EXPERIMENTS):
-        ratio = spread(g.ratios(s, load, against, own))
-        rows.append([f"{own} over {against}", load, SIGNS[s.sign], f"{s.time:g}", ratio])
+    for s, (strategy, against, load) in product(g.shown, EXPERIMENTS):
+        ratio = spread(g.ratios(s, load, against, strategy))
+        rows.append([f"{strategy} over {against}", load, SIGNS[s.sign], f"{s.time:g}", ratio])
     for (sign, words), name, load in product(SIGNS.items(), (STOP, DERATE, IGNORE), (YAW_BENDING, TOP_SHEAR)):
         long, short = (
             g.values(next(s for s in g.shown if (s.sign, s.time) == (sign, time)), lambda x: x.peak(name, load))  # noqa: B023
@@ -81,13 +83,13 @@ def causes_table(g: Gusts) -> Table:
 
 def loads_tables(g: Gusts) -> list[Table]:
     """Tables of peak loads after the start of the gust, by rise time and direction."""
-    made = []
+    tables = []
     for time, (sign, words) in product(TIMES, SIGNS.items()):
         gust = g.first(sign, time)
         head = ["largest size after the gust began", *gust.results, "S2 over S1", "S2 over S3"]
         caption = f"Loads of the strategies, {words} change within {time:g} s, 12.6 rpm, default yaw control, "
-        made.append(Table(head, peaks(gust), f"{caption}first phase"))
-    return made
+        tables.append(Table(head, peaks(gust), f"{caption}first phase"))
+    return tables
 
 
 def log_table(g: Gusts, recheck: Result) -> Table:
@@ -102,25 +104,25 @@ def log_table(g: Gusts, recheck: Result) -> Table:
 
 
 def slowed_words(g: Gusts) -> str:
-    """Derating by a lower rotor speed against derating by a lower torque, and emergency against normal stops."""
+    """Text on derating by rotor speed against derating by torque, and on emergency against normal stops."""
     parts = []
     for setting in g.shown:
         whole = [x for x in g.phases[setting] if SLOWED in x.results and EMERGENCY in x.results]
         bending, shear, stop = (
-            spread(np.array([x.ratio(load, against, own) for x in whole]))
-            for load, against, own in (
+            spread(np.array([x.ratio(load, against, strategy) for x in whole]))
+            for load, against, strategy in (
                 (YAW_BENDING, DERATE, SLOWED),
                 (TOP_SHEAR, DERATE, SLOWED),
                 (YAW_BENDING, STOP, EMERGENCY),
             )
         )
         kind = {"direction": SIGNS[setting.sign], "time": setting.time}
-        parts.append(said("slowed ratio", bending=bending, shear=shear, stop=stop, **kind))
-    return said("slowed", ratios="; ".join(parts))
+        parts.append(sentence("slowed ratio", bending=bending, shear=shear, stop=stop, **kind))
+    return sentence("slowed", ratios="; ".join(parts))
 
 
 def gust_words(g: Gusts) -> str:
-    """Where derating loads less than the other strategies in the paper's gust, and where more, by reading."""
+    """Text on where derating has lower or higher loads than the other strategies in the paper's gust, by reading."""
     machine = next(iter(g.phases)).machine
     ratios, peaks_of_stopping, worst = [], [], {}
     for time, (sign, words) in product(TIMES, SIGNS.items()):
@@ -129,12 +131,12 @@ def gust_words(g: Gusts) -> str:
             spread(g.over_all(lambda x, other=other: x.ratio(YAW_BENDING, other), machine, sign, time))  # type: ignore[misc]
             for other in (STOP, IGNORE)
         )
-        ratios.append(said("ratio", stop=stop, ignore=ignore, **kind))
-        own = float(np.median(g.over_all(lambda x: x.peak(STOP, YAW_BENDING), machine, sign, time)))
-        peaks_of_stopping.append(said("peak", peak=own, **kind))
-        worst[said("governs", **kind)] = float(
+        ratios.append(sentence("ratio", stop=stop, ignore=ignore, **kind))
+        stop_peak = float(np.median(g.over_all(lambda x: x.peak(STOP, YAW_BENDING), machine, sign, time)))
+        peaks_of_stopping.append(sentence("peak", peak=stop_peak, **kind))
+        worst[sentence("governs", **kind)] = float(
             g.over_all(lambda x: max(x.peak(name, YAW_BENDING) for name in x.results), machine, sign, time).max()
         )
     governs = max(worst, key=lambda words: worst[words])
-    found = {"machine": machine, "ratios": "; ".join(ratios), "peaks": ", ".join(peaks_of_stopping)}
-    return said("gust", governs=governs, **found)
+    numbers = {"machine": machine, "ratios": "; ".join(ratios), "peaks": ", ".join(peaks_of_stopping)}
+    return sentence("gust", governs=governs, **numbers)

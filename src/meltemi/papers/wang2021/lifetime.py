@@ -1,4 +1,4 @@
-"""Lifetime loads of the strategies: production in the wind of the site, and so many fronts a year from the grid."""
+"""Lifetime loads of the strategies: production in the wind of the site, and a number of fronts a year from the grid."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from meltemi.reports.blocks import Table
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.studies.machine_loads import LOADS, fatigue
-from meltemi.studies.yaw_gusts import LENGTH, WIND, Found
+from meltemi.studies.yaw_gusts import LENGTH, WIND, GustResults
 from meltemi.studies.yaw_limits import LEAD, cases_in_turbulence
 from meltemi.tuning.run_store import cells
 
@@ -39,12 +39,12 @@ def production(
     """Lifetime equivalent loads of production without fronts, by name of ``LOADS``, in their units.
 
     Args:
-      model: with its yaw held.
-      mean_wind: [m/s] of the year; Rayleigh.
-      wind_class: of the turbulence.
-      seeds: of the turbulence.
-      length: [s] judged of each run.
-      workers: threads.
+      model: turbine with fixed yaw.
+      mean_wind: [m/s] annual mean; Rayleigh distribution.
+      wind_class: class of the turbulence.
+      seeds: turbulence seeds.
+      length: [s] evaluated length of each run.
+      workers: number of threads.
 
     Raises:
       FailedResultError: a run did not reach its end.
@@ -55,35 +55,35 @@ def production(
     def loads(result: Result) -> dict[str, float]:
         return {name: fatigue(result.between(LEAD, np.inf), name) for name in LOADS}
 
-    found = cells(cases, reduce=loads, workers=workers)
+    results = cells(cases, reduce=loads, workers=workers)
     lifetime = {}
     for name, load in LOADS.items():
-        by_speed = np.reshape([run[name] for run in found], (len(SPEEDS), len(seeds)))
+        by_speed = np.reshape([run[name] for run in results], (len(SPEEDS), len(seeds)))
         at = [ensemble_load(values, load.slope) for values in by_speed]
         lifetime[name] = lifetime_del(SPEEDS, at, slope=load.slope, mean_speed=mean_wind)
     return lifetime
 
 
 def change(rows: pd.DataFrame, production: Mapping[str, float], strategy: str, name: str, fronts: int) -> str:
-    """[%] change of a lifetime equivalent load against ignoring the error, and its 95 % interval over the winds.
+    """Change [%] of a lifetime equivalent load against ignoring the error, and its 95 % interval over the winds.
 
     The damage of production and of the fronts adds up: L^m T = L_p^m (T - n t) + n t mean(L_g^m).
     """
     slope, share = LOADS[name].slope, fronts * LENGTH / YEAR
     rows = rows.assign(damage=rows[f"{name}, fatigue"] ** slope)
-    own, ignored = (
+    damage, ignored = (
         of[of["recheck"] == of["recheck"].max()].groupby(WIND)["damage"].mean()
         for of in (rows[rows["strategy"] == strategy], rows[rows["strategy"] == "S3"])
     )
     base = production[name] ** slope * (1.0 - share) + share * ignored.mean()
-    more = mean_interval((own - ignored).dropna().to_numpy())
+    more = mean_interval((damage - ignored).dropna().to_numpy())
     low, middle, high = (
         100.0 * (max(1.0 + share * x / base, 0.0) ** (1.0 / slope) - 1.0) for x in (more.low, more.mean, more.high)
     )
     return f"{middle:+.1f}" + (f" ± {0.5 * (high - low):.1f}" if more.n > 1 else "")
 
 
-def table(grid: Found, production: Mapping[str, float], strategies: Sequence[str]) -> Table:
+def table(grid: GustResults, production: Mapping[str, float], strategies: Sequence[str]) -> Table:
     """Table of lifetime loads by strategy, direction and rise time of the fronts, and their number."""
     rows = [
         [

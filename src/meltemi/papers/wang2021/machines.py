@@ -1,4 +1,4 @@
-"""The paper's two turbines under its strategies."""
+"""The two turbines of the paper with its strategies."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ RATING = 2.037e6
 
 
 def measured_turbine() -> Turbine:
-    """ZR2.0-122 with the rating of the paper's own simulation, and its torque above rated: constant."""
+    """ZR2.0-122 with the rating of the paper's simulation and constant torque above rated."""
     return scaled_turbine(MEASURED, rated_power=RATING).replace(**TORQUE_HELD)
 
 
 def with_speed_loop(turbine: Turbine, factor: float, tip_speed_ratio: float | None = None) -> Turbine:
-    """The turbine with a speed loop of so many times the usual frequency, and a tip-speed ratio below rated."""
+    """The turbine with the frequency of the speed loop multiplied by a factor, and a tip-speed ratio below rated."""
     control = _usual_control(turbine, tip_speed_ratio)
     proportional, integral = factor * control.pitch.proportional_gain, factor**2 * control.pitch.integral_gain
     pitch = control.pitch.replace(proportional_gain=proportional, integral_gain=integral)
@@ -47,12 +47,12 @@ def _usual_control(turbine: Turbine, tip_speed_ratio: float | None) -> BaselineC
 
 
 def studied_turbine(yaw_rate: float) -> Turbine:
-    """CT3.0-155 of the library, 9.9 rpm and power held, with a yaw rate [rad/s]."""
+    """CT3.0-155 of the library, 9.9 rpm and constant power, with a yaw rate [rad/s]."""
     return with_yaw_rate(load_turbine(STUDIED), yaw_rate)
 
 
 def gust_machines(yaw_rate: float) -> dict[str, Turbine]:
-    """CT3.0-155 with the paper's rotor speed or a slower one, torque held above rated; yaw rate in rad/s."""
+    """CT3.0-155 with the paper's rotor speed or a slower one, constant torque above rated; yaw rate in rad/s."""
     fast = with_yaw_rate(scaled_turbine(STUDIED, rotor_speed=rpm(12.6)), yaw_rate)
     return {n: t.replace(**TORQUE_HELD) for n, t in {MACHINE: fast, SLOW: studied_turbine(yaw_rate)}.items()}
 
@@ -63,6 +63,6 @@ YAW_CONTROLS |= {YawControl().average_time: YawControl()}
 
 
 def slowed(turbine: Turbine, yaw: YawControl) -> Controller:
-    """Power control that meets a limit of the power at the lowest speed that gives it (A0)."""
+    """Power control that follows a power limit at the lowest speed that gives it (A0)."""
     power = PowerControl(scheme="optimal_speed")
     return CoordinatedController(turbine, performance_of(turbine), power=power, yaw=yaw)

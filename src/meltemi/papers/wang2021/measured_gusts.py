@@ -1,4 +1,4 @@
-"""The strategies in gusts that rise as slowly as measured ones, with speed and direction together.
+"""Strategies in gusts with the rise times of measured ones, with simultaneous changes of speed and direction.
 
 Hannesdóttir and Kelly (2019), Wind Energ. Sci. 4, 385, compare ramps measured at three sites with the coherent gust
 with direction change of IEC 61400-1. Their abstract says: the amplitudes of the speed do not exceed the standard's; the
@@ -14,15 +14,15 @@ from itertools import product
 import numpy as np
 
 from meltemi.iec.gusts import RISE_TIME
-from meltemi.papers.study import Draw, Progress, answered, told
+from meltemi.papers.study import Draw, Progress, answer_chapter, step_progress
 from meltemi.papers.wang2021.costs import KWH, by_wind, longest
 from meltemi.papers.wang2021.winds import GUST_SPEED
-from meltemi.papers.wang2021.words import said
+from meltemi.papers.wang2021.words import sentence
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.studies.machine_loads import BLADE_ROOT, TOWER_BASE, YAW_BENDING
-from meltemi.studies.yaw_gusts import OURS, Found, Grid, run_grid
+from meltemi.studies.yaw_gusts import OURS, GustGrid, GustResults, run_grid
 from meltemi.studies.yaw_limits import BasePoints
 from meltemi.turbine.definition import Turbine
 
@@ -32,7 +32,7 @@ RISE = 10.0
 """[m/s]."""
 SLOW = 60.0
 """[s] rise time below which no direction change beyond the standard's has been measured."""
-JOINT = Grid(
+JOINT = GustGrid(
     speeds=(GUST_SPEED,),
     rises=(RISE,),
     changes=(TURN, 1.5 * TURN),
@@ -44,41 +44,45 @@ JOINT = Grid(
 SHOWN = (YAW_BENDING, TOWER_BASE, BLADE_ROOT)
 
 
-def study(turbine: Turbine, ours: BasePoints | None, quick: bool, *, workers: int | None, progress: Progress) -> Found:
+def study(
+    turbine: Turbine, ours: BasePoints | None, quick: bool, *, workers: int | None, progress: Progress
+) -> GustResults:
     """Run the strategies in the gusts; ``ours`` are base points from loads."""
-    grid = JOINT if not quick else Grid(**{**vars(JOINT), "times": (20.0, SLOW), "seeds": (1,), "length": 120.0})
-    return run_grid(turbine, grid, ours, workers=workers, progress=told(progress, "gusts as slow as measured ones"))
+    grid = JOINT if not quick else GustGrid(**{**vars(JOINT), "times": (20.0, SLOW), "seeds": (1,), "length": 120.0})
+    return run_grid(
+        turbine, grid, ours, workers=workers, progress=step_progress(progress, "gusts as slow as measured ones")
+    )
 
 
 def measured(time: float, change: float) -> str:
-    """What is reported of measured gusts with such a rise time [s] and direction change [rad]."""
+    """Text on measured gusts with a rise time [s] and direction change [rad]."""
     if change <= TURN + 1e-9:
         return "the standard's turn"
     return "beyond it, size not given" if time >= SLOW else "none so fast"
 
 
-def gusts_table(found: Found) -> Table:
+def gusts_table(results: GustResults) -> Table:
     """Table of stops, energy and loads by rise time, direction change and strategy."""
     rows = []
-    every = longest(found)
-    for time, change in product(found.grid.times, found.grid.changes):
+    every = longest(results)
+    for time, change in product(results.grid.times, results.grid.changes):
         of = every[(every["time"] == time) & np.isclose(every["change"], change)]
         for name in ("S1", "S2", OURS, "S3"):
-            own = of[of["strategy"] == name]
-            if not len(own):
+            runs = of[of["strategy"] == name]
+            if not len(runs):
                 continue
-            recheck = own["recheck"].max()
+            recheck = runs["recheck"].max()
             energy = with_interval(mean_interval(-by_wind(of, name, recheck, "energy") / KWH), 0)
             loads = [mean_interval(100.0 * by_wind(of, name, recheck, f"{load}, extreme")) for load in SHOWN]
-            peak = own[f"{YAW_BENDING}, extreme"]
+            peak = runs[f"{YAW_BENDING}, extreme"]
             rows.append(
                 [
                     f"{time:g}",
                     f"{np.degrees(change):.0f}",
                     measured(time, change),
                     name,
-                    f"{100.0 * own['stops'].mean():.0f}",
-                    f"{100.0 * own['derates'].mean():.0f}",
+                    f"{100.0 * runs['stops'].mean():.0f}",
+                    f"{100.0 * runs['derates'].mean():.0f}",
                     energy,
                     *(with_interval(e, 0, "+") for e in loads),
                     f"{peak.max():.1f}",
@@ -88,18 +92,19 @@ def gusts_table(found: Found) -> Table:
     head += [f"{load}\nextreme %" for load in SHOWN] + [f"{YAW_BENDING}\nlargest MN m"]
     note = (
         f"From {GUST_SPEED:g} m/s, a rise of {RISE:g} m/s, both directions, "
-        f"{len(found.grid.seeds)} seeds, 0.5 deg/s, recheck after 90 s. Loads and energy against S3 in the same wind, "
+        f"{len(results.grid.seeds)} seeds, 0.5 deg/s, recheck after 90 s. Loads and energy against S3 in the same "
+        f"wind, "
         "means and 95 % intervals over the winds. Measured: what Hannesdóttir and Kelly (2019) say of the turn; none "
         "of their ramps rises by more than the standard's 15 m/s."
     )
     return Table(head, rows, "The strategies in gusts that rise more slowly", text_columns=4, note=note)
 
 
-def verdict(found: Found) -> str:
-    """What the strategies are worth in slow gusts."""
-    rows = longest(found)
+def verdict(results: GustResults) -> str:
+    """Conclusion on the strategies in slow gusts."""
+    rows = longest(results)
     slow = rows[rows["time"] >= SLOW]
-    fast = rows[(rows["time"] < SLOW) & np.isclose(rows["change"], found.grid.changes[0])]
+    fast = rows[(rows["time"] < SLOW) & np.isclose(rows["change"], results.grid.changes[0])]
     numbers: dict[str, object] = {}
     for word, part in (("fast", fast), ("slow", slow)):
         share = 100.0 * part.groupby("strategy")["stops"].mean()
@@ -112,11 +117,11 @@ def verdict(found: Found) -> str:
             numbers |= {f"{word}_{column}_lost": with_interval(energy, 0)}
             numbers |= {f"{word}_{column}": with_interval(bending, 0, "+")}
         numbers[f"{word}_peak"] = part[part["strategy"] == "S3"][f"{YAW_BENDING}, extreme"].max()
-    return said("slow gusts", **numbers)
+    return sentence("slow gusts", **numbers)
 
 
-def chapter(found: Found, draw: Draw) -> Section:
+def chapter(rows: GustResults, draw: Draw) -> Section:
     """Chapter of the gusts that rise as slowly as measured ones."""
-    return answered(
-        "Beyond the paper: gusts as slow as measured ones", lambda: verdict(found), [], lambda: [gusts_table(found)]
+    return answer_chapter(
+        "Beyond the paper: gusts as slow as measured ones", lambda: verdict(rows), [], lambda: [gusts_table(rows)]
     )

@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Any
 
 from meltemi.iec.gusts import RISE_TIME, Sign
 from meltemi.papers.claim import Claim, brief, claims_table, count_held, reason_lines
-from meltemi.papers.study import Contents, Draw, Progress, Study, applied, span, tabled, told, worded
+from meltemi.papers.study import (
+    Contents,
+    Draw,
+    Progress,
+    Study,
+    applied,
+    guarded_table,
+    guarded_text,
+    span,
+    step_progress,
+)
 from meltemi.papers.wang2021 import beyond, damage_budget, figures, measured_gusts
 from meltemi.papers.wang2021.beyond import Beyond
 from meltemi.papers.wang2021.claims import REASONS, claims
@@ -26,10 +36,10 @@ from meltemi.papers.wang2021.gust_tables import (
     slowed_words,
 )
 from meltemi.papers.wang2021.machines import YAW_CONTROLS
-from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, Runs, Setup, run_all, run_gusts
+from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, YawProtectionRuns, YawProtectionSetup, run_all, run_gusts
 from meltemi.papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
 from meltemi.papers.wang2021.winds import STATED, TIMES, measured
-from meltemi.papers.wang2021.words import said
+from meltemi.papers.wang2021.words import sentence
 from meltemi.reports.blocks import Section, Table
 from meltemi.reports.state_diagram import plot_states
 from meltemi.studies.machine_loads import YAW_BENDING
@@ -55,19 +65,19 @@ PARTS: dict[str, Callable[[Any, Draw], Section]] = {
 class Found:
     """Results of the paper's runs and of those beyond it; parts by name."""
 
-    runs: Runs
+    runs: YawProtectionRuns
     more: Beyond
     parts: Mapping[str, Any] = field(default_factory=dict)
 
 
-def _figure_10(sign: Sign, time: float) -> tuple[str, Callable[[Runs], Figure]]:
+def _figure_10(sign: Sign, time: float) -> tuple[str, Callable[[YawProtectionRuns], Figure]]:
     return (
         f"Figure 10: {SIGNS[sign]} change within {time:g} s, 12.6 rpm, default yaw control; dotted: the paper's",
         lambda runs: figures.figure_10(runs.gusts.first(sign, time)),
     )
 
 
-FIGURES: dict[str, tuple[str, Callable[[Runs], Figure]]] = {
+FIGURES: dict[str, tuple[str, Callable[[YawProtectionRuns], Figure]]] = {
     "table2": (
         "Power and load curves of Table 2 over the measured columns; shaded: smallest to largest value",
         lambda runs: figures.table2(dict(runs.tables)),
@@ -106,7 +116,7 @@ def run(
     *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Found], object], parts: Sequence[str]
 ) -> Found:
     """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
-    runs = run_all(QUICK if quick else Setup(), workers=workers, progress=span(progress, 0.0, SHARE))
+    runs = run_all(QUICK if quick else YawProtectionSetup(), workers=workers, progress=span(progress, 0.0, SHARE))
     later: Any = FailedResult("not run yet")
     partly(Found(runs, Beyond(later, later, later, later)))
     turbine, rest = runs.turbines[1], (1.0 - SHARE) / (1 + len(parts))
@@ -126,14 +136,14 @@ def _study_part(name: str, turbine: Turbine, more: Beyond, quick: bool, **given:
     return damage_budget.study(turbine, beyond.site().mean, quick, **given)
 
 
-def calibration_words(runs: Runs) -> str:
+def calibration_words(runs: YawProtectionRuns) -> str:
     """The two calibrated numbers."""
     c = runs.calibration
     chord, drag = c.errors
     return f"chord times {c.chord:.2f} ± {chord:.2f}, drag coefficient {c.drag:+.4f} ± {drag:.4f}, from bins 5 to 7"
 
 
-def bins_table(runs: Runs) -> Table:
+def bins_table(runs: YawProtectionRuns) -> Table:
     """Table 2 of the paper and ours."""
     columns = [
         ("mean power [kW]", POWER, "mean", "power_mean", 0),
@@ -160,7 +170,7 @@ def bins_table(runs: Runs) -> Table:
     return Table(head, rows, "Table 2 of the paper and ours", groups=groups, text_columns=1, note=note)
 
 
-def loops_table(runs: Runs) -> Table:
+def loops_table(runs: YawProtectionRuns) -> Table:
     """Table of the tried speed loops."""
     loop = runs.loop
     rows = [["measured", *(f"{x:.0f}" for x in loop.target), ""]]
@@ -175,16 +185,16 @@ def loops_table(runs: Runs) -> Table:
 def grid_words(more: Beyond) -> str:
     """Derating against ignoring over the grid of gusts."""
     bending, lost = (costs(more.grid.rows, "S2", name) for name in (f"{YAW_BENDING}, extreme", "energy"))
-    return said("grid", winds=winds_of(more.grid), bending=bending, lost=lost)
+    return sentence("grid", winds=winds_of(more.grid), bending=bending, lost=lost)
 
 
-def lead(lines: Sequence[Claim], runs: Runs, more: Beyond) -> str:
+def lead(lines: Sequence[Claim], runs: YawProtectionRuns, more: Beyond) -> str:
     """The result in a few sentences."""
     parts = [
         count_held(lines),
-        said("commanded", count=sum(c.basis == "command" for c in lines)),
-        worded(lambda: gust_words(runs.gusts), "The gust"),
-        worded(lambda: grid_words(more), "The grid of gusts"),
+        sentence("commanded", count=sum(c.basis == "command" for c in lines)),
+        guarded_text(lambda: gust_words(runs.gusts), "The gust"),
+        guarded_text(lambda: grid_words(more), "The grid of gusts"),
     ]
     return " ".join(parts)
 
@@ -195,7 +205,7 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
     lines = claims(runs, more.years)
     table = claims_table([c for c in lines if c.basis != "surrogate"])
     beside = claims_table([c for c in lines if c.basis == "surrogate"], "Surrogate against measurement")
-    ratios = tabled("Ratios of loads", lambda: ratios_table(runs.gusts))
+    ratios = guarded_table("Ratios of loads", lambda: ratios_table(runs.gusts))
     loads = guarded(lambda: loads_tables(runs.gusts), lambda why: [])
     files = []
     if not isinstance(more.grid, FailedResult):
@@ -205,17 +215,17 @@ def contents(found: Found, out: Path, draw: Draw) -> Contents:
         "Our turbine is scaled from another one. Its Table 2 beside the measured one says how good a surrogate it is, "
         "not whether the paper is right: its model is compared with Figures 4 and 5."
     )
-    loops = tabled("Frequency of the speed loop", lambda: loops_table(runs))
-    bins = tabled("Table 2 of the paper and ours", lambda: bins_table(runs))
-    slower = worded(lambda: slowed_words(runs.gusts), "Derating by speed")
-    causes = tabled("What makes the peaks", lambda: causes_table(runs.gusts))
+    loops = guarded_table("Frequency of the speed loop", lambda: loops_table(runs))
+    bins = guarded_table("Table 2 of the paper and ours", lambda: bins_table(runs))
+    slower = guarded_text(lambda: slowed_words(runs.gusts), "Derating by speed")
+    causes = guarded_table("What makes the peaks", lambda: causes_table(runs.gusts))
     return Contents(
         lead=lead(lines, runs, more),
         chapters={
             "claims": Section("Claim by claim", [table, *reason_lines(REASONS)]),
             "strategies": Section(
                 "Loads of the strategies",
-                [ratios, causes, slower, *loads, tabled("The log", lambda: log_table(runs.gusts, runs.recheck))],
+                [ratios, causes, slower, *loads, guarded_table("The log", lambda: log_table(runs.gusts, runs.recheck))],
             ),
             "table2": Section("Surrogate against measurement", [words, loops, bins, beside]),
             "beyond": beyond.chapter(more, draw),
@@ -243,7 +253,7 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
     """The strategies on another turbine: in the gust, over the grid of gusts, in a year of wind."""
 
     def run_both(*, quick: bool, workers: int | None, progress: Progress, **_: Any) -> OfTurbine:
-        tell = told(span(progress, 0.0, 0.2), "gust with direction change")
+        tell = step_progress(span(progress, 0.0, 0.2), "gust with direction change")
         machine = with_yaw_rate(turbine, turbine.yaw.rate or YAW_RATE)
         speed = beyond.rated_wind(machine) + 2.0
         given = {"averages": [max(YAW_CONTROLS)], "speed": speed, "limited": turbine.rated_power * 2.0 / 3.0}
@@ -254,7 +264,7 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
 
     def contents_of(found: OfTurbine, out: Path, draw: Draw) -> Contents:
         g, more = found.gusts, found.more
-        ratios = tabled("Ratios of loads", lambda: ratios_table(g))
+        ratios = guarded_table("Ratios of loads", lambda: ratios_table(g))
         drawn = [
             draw(
                 f"gust_{words.replace('-', '_')}_{time:g}s",
@@ -263,12 +273,14 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
             )
             for time, (sign, words) in product(TIMES, SIGNS.items())
         ]
-        slower = worded(lambda: slowed_words(g), "Derating by speed")
+        slower = guarded_text(lambda: slowed_words(g), "Derating by speed")
         chapters = {
             "strategies": Section("Loads of the strategies", [ratios, slower, *drawn]),
             "beyond": beyond.chapter(more, draw),
         }
-        lead = " ".join((worded(lambda: gust_words(g), "The gust"), worded(lambda: grid_words(more), "The grid")))
+        lead = " ".join(
+            (guarded_text(lambda: gust_words(g), "The gust"), guarded_text(lambda: grid_words(more), "The grid"))
+        )
         facts = [
             ("turbine", turbine.name),
             ("turbulence", f"class {beyond.WIND_CLASS}, for limits and production"),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from meltemi.control.controller import Controller
-from meltemi.papers.study import Progress, span, told
+from meltemi.papers.study import Progress, span, step_progress
 from meltemi.papers.wang2021 import winds
 from meltemi.papers.wang2021.gust import (
     AT_ONCE,
@@ -25,7 +25,7 @@ from meltemi.papers.wang2021.gust import (
     STOP,
     Gust,
     Gusts,
-    Setting,
+    GustSetting,
 )
 from meltemi.papers.wang2021.machines import (
     LIMITED,
@@ -78,15 +78,15 @@ SHOWN = (
 
 
 @dataclass(frozen=True)
-class Setup:
+class YawProtectionSetup:
     """Extent of the simulations.
 
     Attributes:
-      seeds: of turbulence.
-      period, transient: [s] of a run of Table 2, and before it.
-      limit_seeds: of the search for base points, and of the choice of the speed loop.
+      seeds: turbulence seeds.
+      period, transient: [s] evaluated period and initial transient of a run of Table 2.
+      limit_seeds: seeds for the search of base points and the choice of the speed loop.
       phases: azimuths of the rotor in the gust, over the 120 degrees from blade to blade.
-      averages: [s] of the yaw control in the gust.
+      averages: [s] averaging times of the yaw control in the gust.
       quick: a small grid of gusts.
     """
 
@@ -99,28 +99,28 @@ class Setup:
     quick: bool = False
 
 
-QUICK = Setup(
+QUICK = YawProtectionSetup(
     seeds=(1,), period=40.0, transient=30.0, limit_seeds=(1,), phases=1, averages=(max(YAW_CONTROLS),), quick=True
 )
 """A look at everything in little time; its numbers are too few to judge by."""
 
 
 @dataclass(frozen=True)
-class Runs:
+class YawProtectionRuns:
     """Results of all simulations.
 
     Attributes:
-      setup: how much.
-      turbines: measured, and that studied beyond the paper.
-      loop: of the measured one.
-      calibration: of the measured one.
+      setup: extent of the simulations.
+      turbines: the measured turbine, and that studied beyond the paper.
+      loop: speed loop of the measured turbine.
+      calibration: calibration of the measured turbine.
       tables: Table 2, as scaled, calibrated, and calibrated with an early limit of the speed.
       start_up, power_stage: V1 and V2 of the calibrated turbine, by seed.
       gusts: Figures 9 and 10.
-      recheck: derating in the gust with a recheck while the error is still beyond the threshold.
+      recheck: derating in the gust with a recheck while the error still exceeds the threshold.
     """
 
-    setup: Setup
+    setup: YawProtectionSetup
     turbines: tuple[Turbine, Turbine] = field(repr=False)
     loop: SpeedLoop
     calibration: Calibration
@@ -131,12 +131,12 @@ class Runs:
     recheck: Result = field(repr=False)
 
 
-def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
+def run_all(setup: YawProtectionSetup, *, workers: int | None, progress: Progress) -> YawProtectionRuns:
     """Run all simulations of the paper."""
     base, studied = measured_turbine(), studied_turbine(YAW_RATE)
 
     def more(begin: float, length: float, what: str) -> dict[str, Any]:
-        return {"workers": workers, "progress": told(span(progress, begin, length), what)}
+        return {"workers": workers, "progress": step_progress(span(progress, begin, length), what)}
 
     def slower(factor: float) -> Turbine:
         return with_speed_loop(base, factor)
@@ -154,13 +154,13 @@ def run_all(setup: Setup, *, workers: int | None, progress: Progress) -> Runs:
         tables[name] = attempt(
             f"Table 2, {name}", simulate_bins, machine, each, winds.measured(), setup.seeds, **given, **told_of
         )
-    tell = told(span(progress, 0.79, 0.06), "V1 and V2")
+    tell = step_progress(span(progress, 0.79, 0.06), "V1 and V2")
     both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
     one, two = (both, both) if isinstance(both, FailedResult) else both
-    tell = told(span(progress, 0.85, 0.15), "gust with direction change")
+    tell = step_progress(span(progress, 0.85, 0.15), "gust with direction change")
     pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, tell, averages=setup.averages)
     gusts, recheck = (pair, pair) if isinstance(pair, FailedResult) else pair
-    return Runs(setup, (turbine, studied), loop, calibration, tables, one, two, gusts, recheck)
+    return YawProtectionRuns(setup, (turbine, studied), loop, calibration, tables, one, two, gusts, recheck)
 
 
 def validation(
@@ -197,8 +197,8 @@ def validation(
         )
         for seed in seeds
     ]
-    found = cells(cases, workers=workers, progress=progress)
-    return tuple(found[: len(seeds)]), tuple(found[len(seeds) :])
+    results = cells(cases, workers=workers, progress=progress)
+    return tuple(results[: len(seeds)]), tuple(results[len(seeds) :])
 
 
 def run_gusts(
@@ -214,15 +214,15 @@ def run_gusts(
     """The strategies in the gust with direction change, and a recheck that comes too early.
 
     Args:
-      machines: by name.
+      machines: turbines by name.
       phases: azimuths of the rotor.
-      workers, progress: of the runs.
-      averages: [s] of the yaw control.
-      speed: [m/s] before the gust.
-      limited: [W] to which is derated.
+      workers, progress: as for batches of runs.
+      averages: [s] averaging times of the yaw control.
+      speed: [m/s] wind speed before the gust.
+      limited: [W] power limit of the derating.
     """
     protections = {
-        STOP: YawProtection(strategy="stop", law="stepwise"),  # what the paper has before its optimisation
+        STOP: YawProtection(strategy="stop", law="stepwise"),  # the paper's law before its optimisation
         INTERPOLATED: YawProtection(strategy="stop"),
         GENTLE: YawProtection(strategy="stop", law="stepwise"),
         DERATE: YawProtection(strategy="derate", recheck_time=RECHECK, power_limit=limited),
@@ -239,9 +239,9 @@ def run_gusts(
         name: attempt(f"steady operation, {name}", operating_point, model, blown[name, 1, winds.STATED])
         for name, model in models.items()
     }
-    settings = [Setting(*of) for of in product(models, averages, SIGNS, winds.TIMES)]
+    settings = [GustSetting(*of) for of in product(models, averages, SIGNS, winds.TIMES)]
 
-    def case(setting: Setting, phase: int, name: str, controller: Controller, *events: BaseEvent) -> Run:
+    def case(setting: GustSetting, phase: int, name: str, controller: Controller, *events: BaseEvent) -> Run:
         machine = setting.machine
         return Run(
             model=models[machine],
@@ -254,7 +254,7 @@ def run_gusts(
             name=f"{name}, {setting.words}, phase {phase}",
         )
 
-    def protected(setting: Setting, name: str) -> Controller:
+    def protected(setting: GustSetting, name: str) -> Controller:
         rate = (0.5 if name == GENTLE else 1.0) * STOP_RATE
         return strategy(models[setting.machine].turbine, protections[name], YAW_CONTROLS[setting.average], rate)
 
@@ -263,11 +263,11 @@ def run_gusts(
     keys += [(s, phase, name) for s, phase, name in product(shown, range(phases), (INTERPOLATED, GENTLE, AT_ONCE))]
     keys.append((shown[0], 0, SHORT))
     cases = [case(s, phase, name, protected(s, name)) for s, phase, name in keys]
-    found = dict(zip(keys, cells(cases, workers=workers, progress=lambda share: progress(0.65 * share)), strict=True))
-    # what no strategy of the yaw protection does begins when stopping began
+    results = dict(zip(keys, cells(cases, workers=workers, progress=lambda share: progress(0.65 * share)), strict=True))
+    # strategies outside the yaw protection begin at the time at which stopping began
     later = []
     for s, phase in product(settings, range(phases)):
-        begin = attempt(f"trigger, {s.words}", Gust({STOP: found[s, phase, STOP]}).triggered, STOP)
+        begin = attempt(f"trigger, {s.words}", Gust({STOP: results[s, phase, STOP]}).triggered, STOP)
         if isinstance(begin, FailedResult) or np.isnan(begin):
             continue
         stop = Request(at=begin, request="emergency_stop")
@@ -277,14 +277,14 @@ def run_gusts(
             limit = PowerLimit(at=begin, power=limited)
             later.append(((s, phase, SLOWED), case(s, phase, SLOWED, law, limit)))
     values = cells([run for _, run in later], workers=workers, progress=lambda share: progress(0.65 + 0.35 * share))
-    found |= {key: x for (key, _), x in zip(later, values, strict=True) if not isinstance(x, FailedResult)}
+    results |= {key: x for (key, _), x in zip(later, values, strict=True) if not isinstance(x, FailedResult)}
     order = (STOP, INTERPOLATED, GENTLE, EMERGENCY, DERATE, AT_ONCE, SLOWED, IGNORE)
     gusts = {
-        s: [Gust({n: found[s, p, n] for n in order if (s, p, n) in found}) for p in range(phases)] for s in settings
+        s: [Gust({n: results[s, p, n] for n in order if (s, p, n) in results}) for p in range(phases)] for s in settings
     }
-    return Gusts(gusts, shown), found[keys[-1]]
+    return Gusts(gusts, shown), results[keys[-1]]
 
 
 def at_azimuth(point: OperatingPoint, azimuth: float) -> OperatingPoint:
-    """An operating point, if there is one, at an azimuth [rad] of blade 1."""
+    """The operating point, if any, at an azimuth [rad] of blade 1."""
     return point if isinstance(point, FailedResult) else replace(point, azimuth=azimuth)

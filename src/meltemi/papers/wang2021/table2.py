@@ -1,7 +1,7 @@
 """Table 2: each bin simulated with its mean speed and intensity, then binned like the measurements.
 
-The rotor is scaled from another, so it is reported twice: as scaled, and with an aerodynamic penalty of two numbers, of
-chord and of drag, fitted to power and flapwise moment of bins 5 to 7 alone. The other bins then judge it.
+The rotor is scaled from another, so it is reported twice: as scaled, and with an aerodynamic penalty of two
+parameters, of chord and of drag, fitted to power and flapwise moment of bins 5 to 7. The other bins validate it.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ class Calibration:
     """Aerodynamic penalty that fits the blade of the scaled turbine to the measurements.
 
     Attributes:
-      chord: factor of the chord: less of it, less lift and drag.
-      drag: added to the drag coefficient of all polars.
+      chord: factor of the chord, which reduces lift and drag.
+      drag: increment of the drag coefficient of all polars.
       errors: half-widths of the 95 % intervals of both, from the scatter of the bins about the fit.
     """
 
@@ -60,13 +60,13 @@ class Calibration:
 
 @dataclass(frozen=True)
 class Table2:
-    """Our Table 2.
+    """Simulated Table 2.
 
     Attributes:
-      calibration: with which.
-      bins: from ``bin_statistics``, SI; over the runs that reached their end.
+      calibration: calibration of the turbine.
+      bins: from ``bin_statistics``, SI units; over the completed runs.
       runs: statistics of these runs, one row each.
-      lost: bins without such a run, and why.
+      lost: bins without a completed run, and why.
     """
 
     calibration: Calibration
@@ -75,10 +75,10 @@ class Table2:
     lost: Mapping[int, str] = field(default_factory=dict)
 
     def whole(self) -> Table2:
-        """The table; raises if a part is lost.
+        """The table; raises an error if bins are missing.
 
         Raises:
-          FailedResultError: a bin has no run that reached its end.
+          FailedResultError: a bin has no completed run.
         """
         for why in self.lost.values():
             raise FailedResultError(why)
@@ -89,12 +89,12 @@ class Table2:
         return np.asarray(self.bins[name, of].to_numpy()[: len(measured())] * 1e-3)
 
     def scatter(self, name: str, of: str) -> Float:
-        """(18,) two standard errors of such a column over the seeds; zero where there is one run."""
-        found = []
+        """(18,) two standard errors of such a column over the seeds; zero for a single run."""
+        deviations = []
         for row in measured():
             inside = self.runs[self.runs[SPEED, "mean"].between(row.begin, row.end, inclusive="left")]
-            found.append(2e-3 * float(inside[name, of].sem()) if len(inside) > 1 else 0.0)
-        return np.array(found)
+            deviations.append(2e-3 * float(inside[name, of].sem()) if len(inside) > 1 else 0.0)
+        return np.array(deviations)
 
 
 def simulate_bins(
@@ -117,7 +117,7 @@ def simulate_bins(
 
     model = build(calibration.turbine(turbine))
     winds = {row.bin: SteadyWind(speed=row.speed, shear_exponent=SHEAR) for row in rows}
-    # one a bin, not one a seed
+    # one per bin, not one per seed
     starts = {k: attempt(f"steady operation, bin {k}", operating_point, model, wind) for k, wind in winds.items()}
     cases = [
         Run(
@@ -128,18 +128,18 @@ def simulate_bins(
             start=starts[row.bin],
             name=f"bin {row.bin}, seed {seed}",
         )
-        for row in reversed(rows)  # those in high wind, which take longest, first
+        for row in reversed(rows)  # runs in high wind, which take longest, first
         for seed in seeds
     ]
 
     def statistics(result: Result) -> pd.DataFrame:
         return result_statistics(result, CHANNELS, begin=transient)
 
-    found = cells(cases, reduce=statistics, workers=workers, progress=progress)
+    results = cells(cases, reduce=statistics, workers=workers, progress=progress)
     n = len(seeds)
-    whole = {row.bin: found[i * n : (i + 1) * n] for i, row in enumerate(reversed(rows))}
+    whole = {row.bin: results[i * n : (i + 1) * n] for i, row in enumerate(reversed(rows))}
     lost = {k: of[0].why for k, of in whole.items() if all(isinstance(each, FailedResult) for each in of)}
-    runs = pd.concat(survivors(found))
+    runs = pd.concat(survivors(results))
     return Table2(calibration, bin_statistics(runs, SPEED, edges=EDGES), runs, lost)
 
 
@@ -154,23 +154,23 @@ class SpeedLoop:
     """Choice of the speed loop.
 
     Attributes:
-      power_std: by tried factor, (bins,) [kW].
+      power_std: (bins,) [kW] standard deviation of power, by tried factor.
     """
 
     power_std: Mapping[float, Float]
 
     @property
     def target(self) -> Float:
-        """(bins,) [kW] measured."""
+        """(bins,) [kW] measured standard deviation of power."""
         return np.array([row.power_std for row in measured() if row.bin in LOOP_BINS])
 
     def off(self, factor: float) -> float:
-        """[kW] root mean square of the differences from the measured std, of the bins with wind."""
+        """Root mean square [kW] of the differences from the measured standard deviation, over bins with wind."""
         return float(np.sqrt(np.nanmean((self.power_std[factor] - self.target) ** 2)))
 
     @property
     def chosen(self) -> float:
-        """The factor with the least of them."""
+        """The factor with the smallest difference."""
         return min(self.power_std, key=self.off)
 
 
@@ -183,9 +183,9 @@ def choose_speed_loop(
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> SpeedLoop:
-    """Simulate the bins with each tried factor; ``make`` gives the turbine with it."""
+    """Simulate the bins with each tried factor; ``make`` creates the turbine with it."""
     rows = [row for row in measured() if row.bin in LOOP_BINS]
-    found = {}
+    power_std = {}
     for i, factor in enumerate(SPEED_LOOPS):
         bins = simulate_bins(
             make(factor),
@@ -197,8 +197,8 @@ def choose_speed_loop(
             workers=workers,
             progress=lambda share, i=i: progress((i + share) / len(SPEED_LOOPS)),  # type: ignore[misc]
         ).whole()
-        found[factor] = bins.column(POWER, "std")[[row.bin - 1 for row in rows]]
-    return SpeedLoop(found)
+        power_std[factor] = bins.column(POWER, "std")[[row.bin - 1 for row in rows]]
+    return SpeedLoop(power_std)
 
 
 def calibrate(
@@ -210,9 +210,9 @@ def calibrate(
     workers: int | None = None,
     progress: Callable[[float], None] = lambda share: None,
 ) -> Calibration:
-    """Aerodynamic penalty with which bins 5 to 7 have the measured power and moment: least squares of the logarithms.
+    """Aerodynamic penalty that fits the measured power and moment of bins 5 to 7 by least squares of the logarithms.
 
-    Gauss-Newton steps with the derivatives of the first. The intervals are Student's, from the residuals of the fit.
+    Gauss-Newton steps with the derivatives of the first step. The intervals are Student's, from the residuals.
 
     Raises:
       FailedResultError: no run had the mean wind of one of the bins.
@@ -221,7 +221,7 @@ def calibrate(
 
     rows, at = [row for row in measured() if row.bin in FITTED], [k - 1 for k in FITTED]
     target = np.log([r.power_mean for r in rows] + [r.moment_mean for r in rows])
-    found = np.array(FIRST)
+    parameters = np.array(FIRST)
 
     def lacks(done: int, x: Float) -> Float:
         bins = simulate_bins(
@@ -239,14 +239,14 @@ def calibrate(
             raise FailedResultError(f"calibration: bins {FITTED}: no run had the mean wind of one: simulate longer")
         return target - np.log(means)
 
-    rest = lacks(0, found)
-    slopes = np.stack([(rest - lacks(1 + i, found + d)) / d[i] for i, d in enumerate(np.diag(STEPS))], axis=1)
+    rest = lacks(0, parameters)
+    slopes = np.stack([(rest - lacks(1 + i, parameters + d)) / d[i] for i, d in enumerate(np.diag(STEPS))], axis=1)
     for i in range(ROUNDS):
-        rest = lacks(2 + i, found) if i else rest
+        rest = lacks(2 + i, parameters) if i else rest
         step = np.linalg.lstsq(slopes, rest)[0]
-        found = found + step
+        parameters = parameters + step
     rest = rest - slopes @ step
-    free = len(target) - len(found)
+    free = len(target) - len(parameters)
     variance = np.diag(np.linalg.inv(slopes.T @ slopes)) * float(rest @ rest) / free
     one, two = student.ppf(0.975, free) * np.sqrt(variance)
-    return Calibration(float(found[0]), float(found[1]), (float(one), float(two)))
+    return Calibration(float(parameters[0]), float(parameters[1]), (float(one), float(two)))

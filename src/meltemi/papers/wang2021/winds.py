@@ -83,7 +83,7 @@ def bin_wind(row: MeasuredBin, seed: int) -> TurbulentWind:
 
 
 def start_up(turbine: Turbine, seed: int, duration: float = 240.0) -> WindBox:
-    """V1: mean 7.49 m/s over 240 s, 8.06 m/s over the last minute of them and half a minute before."""
+    """V1: mean 7.49 m/s over 240 s, 8.06 m/s over their last minute and the preceding half minute."""
     begin, end = START_UP_RISE
     late = (240.0 - 0.5 * (begin + end)) / 240.0
     before = (START_UP_SPEED - late * START_UP_LAST) / (1.0 - late)
@@ -93,7 +93,7 @@ def start_up(turbine: Turbine, seed: int, duration: float = 240.0) -> WindBox:
 
 
 def power_stage(turbine: Turbine, seed: int, duration: float = 480.0) -> WindBox:
-    """V2: mean 10.49 m/s, and a turn of the wind after which the turbine yaws."""
+    """V2: mean 10.49 m/s, and a change of wind direction that the turbine follows."""
     turn = WindSeries(time=(TURN_BEGIN, TURN_END), speed=POWER_SPEED, direction=(0.0, TURN))
     return with_gust(_box(turbine, POWER_SPEED, POWER_INTENSITY, seed, duration), turn)
 

@@ -1,12 +1,12 @@
-"""Sentences of the page: their words stand in ``words.md``, their numbers come from the results."""
+"""Sentences of the page from ``words.md``, with numbers from the results."""
 
 from __future__ import annotations
 
 from meltemi.papers.claim import paragraphs_of
 
 
-def said(key: str, **numbers: object) -> str:
-    """A sentence with its numbers, by its key."""
+def sentence(key: str, **numbers: object) -> str:
+    """A sentence with numbers, by its key."""
     return _WORDS[key].format(**numbers)
 
 

@@ -1,4 +1,4 @@
-"""A year of wind under the strategies, by number of fronts: means and intervals over its parts."""
+"""A year of wind with the strategies, by number of fronts: means and intervals over parts of the year."""
 
 from __future__ import annotations
 
@@ -10,31 +10,33 @@ from numpy.typing import NDArray
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import with_interval
-from meltemi.studies.wind_year import Year
+from meltemi.studies.wind_year import StrategyYear
 
 Float = NDArray[np.float64]
 MWH = 3.6e9
 """[J]."""
 
 
-def over_parts(years: Sequence[Year], strategy: str, fronts: int, of: Callable[[Year], float]) -> Float:
-    """(parts,) values of a strategy, a year."""
+def over_parts(years: Sequence[StrategyYear], strategy: str, fronts: int, of: Callable[[StrategyYear], float]) -> Float:
+    """(parts,) annual values of a strategy."""
     return np.array([of(y) for y in years if (y.strategy, y.fronts) == (strategy, fronts)])
 
 
-def paired(years: Sequence[Year], one: str, other: str, fronts: int, of: Callable[[Year], float]) -> MeanEstimate:
-    """What a strategy has more than another in the same wind."""
+def paired(
+    years: Sequence[StrategyYear], one: str, other: str, fronts: int, of: Callable[[StrategyYear], float]
+) -> MeanEstimate:
+    """Difference between two strategies in the same wind."""
     return mean_interval(over_parts(years, one, fronts, of) - over_parts(years, other, fronts, of))
 
 
-def won(years: Sequence[Year], strategy: str, fronts: int) -> MeanEstimate:
-    """[MWh] energy of a strategy in a year beyond that of stopping."""
+def won(years: Sequence[StrategyYear], strategy: str, fronts: int) -> MeanEstimate:
+    """Annual energy [MWh] of a strategy beyond that of stopping."""
     return mean_interval(over_parts(years, strategy, fronts, lambda y: (y.energy - y.stopped) / MWH))
 
 
-def year_table(years: Sequence[Year]) -> Table:
+def year_table(years: Sequence[StrategyYear]) -> Table:
     """Table of a year by strategy and number of fronts."""
-    columns: tuple[tuple[Callable[[Year], float], int], ...] = (
+    columns: tuple[tuple[Callable[[StrategyYear], float], int], ...] = (
         (lambda y: y.energy / 3.6e12, 2),
         (lambda y: y.exceeded, 0),
         (lambda y: y.derates, 0),

@@ -69,7 +69,7 @@ class Climate(Record):
     wind_scale: Months
     """(12,) [m/s] scale A of the Weibull distribution of the wind speed."""
     wind_shape: Months
-    """(12,) its shape k."""
+    """(12,) shape parameter k."""
     wind_height: float = Field(default=100.0, gt=0.0)
     """[m] at which the wind is given."""
     shear_exponent: float = Field(default=0.14, ge=0.0, le=0.5)
@@ -99,7 +99,7 @@ class Climate(Record):
         """The air of a month, 1 to 12.
 
         Raises:
-          InputError: there is no such month.
+          InputError: the month is not within 1 to 12.
         """
         if month not in range(1, 13):
             raise InputError(f"month: expected 1 to 12, found {month!r}")
@@ -114,7 +114,7 @@ class Climate(Record):
 
     @property
     def density(self) -> Float:
-        """(12,) [kg/m^3] of the air."""
+        """(12,) [kg/m^3] air density."""
         return np.array([self.air(month).at([0.0])[-1][0] for month in range(1, 13)])
 
     def shifted(
@@ -137,7 +137,7 @@ class Climate(Record):
           icing: factor on the hours with ice.
 
         Raises:
-          InputError: a pressure is shifted that is not given, or the year that results is impossible.
+          InputError: pressures are not given but shifted, or the resulting year is impossible.
         """
         if pressure and self.pressure is None:
             raise InputError(f"climate {self.name!r} has no pressure to shift; it follows from the altitude")
@@ -154,14 +154,14 @@ class Climate(Record):
         """Hours of each month in wind speed bins.
 
         Args:
-          edges: (n + 1,) [m/s] ascending, from 0 on.
-          height: [m] of the hub; by default that at which the wind is given.
+          edges: (n + 1,) [m/s] ascending edges, from 0 on.
+          height: [m] hub height; by default the height of the wind data.
 
         Returns:
-          (12, n) [h].
+          (12, n) [h] hours.
 
         Raises:
-          InputError: edges do not ascend or are no wind speeds, or a height that is not positive.
+          InputError: edges do not ascend or are no wind speeds, or the height is not positive.
         """
         speeds = _ascending(edges)
         if height is None:
@@ -182,7 +182,7 @@ def load_climate(name: str | Path) -> Climate:
     """Load an example climate by name, or a climate from a YAML file by path.
 
     Raises:
-      InputError: no such climate or file, or the file does not describe a valid climate.
+      InputError: the climate or file does not exist, or the file does not describe a valid climate.
     """
     if str(name) in list_climates():
         return read_record(DATA / f"{name}.yaml", Climate)

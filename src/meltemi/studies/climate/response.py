@@ -45,19 +45,19 @@ RATED_STEPS = 10
 
 
 @dataclass(frozen=True)
-class Setup:
+class ResponseSetup:
     """Extent of the simulations.
 
     Attributes:
       speeds: [m/s] mean winds, IEC normal turbulence of class IB.
-      densities: [kg/m^3] of the air, three, ascending.
-      icing_density, rain_density: [kg/m^3] at which ice and rain are simulated.
-      seeds: of the turbulence; all conditions see the same winds.
-      begin, length: [s] before what counts, and of it.
-      points: of the field, either way.
-      states: conditions beside clean blades in dry air.
-      options: of the model.
-      wind_class: of IEC 61400-1.
+      densities: [kg/m^3] three ascending air densities.
+      icing_density, rain_density: [kg/m^3] air densities for simulations with ice and rain.
+      seeds: turbulence seeds; all conditions have the same winds.
+      begin, length: [s] initial transient, and evaluated length.
+      points: grid points of the field in each direction.
+      states: conditions other than clean blades in dry air.
+      options: model options.
+      wind_class: wind class of IEC 61400-1.
     """
 
     speeds: tuple[float, ...] = (4.0, 6.0, 8.0, 9.5, 11.0, 12.5, 14.0, 17.0, 20.0, 24.0)
@@ -73,17 +73,17 @@ class Setup:
     wind_class: str = "IB"
 
 
-QUICK = Setup(speeds=(5.0, 9.0, 12.0, 18.0), seeds=(1, 2), begin=10.0, length=40.0, points=9)
+QUICK = ResponseSetup(speeds=(5.0, 9.0, 12.0, 18.0), seeds=(1, 2), begin=10.0, length=40.0, points=9)
 
 
 @dataclass(frozen=True)
-class State:
+class WeatherState:
     """Power and loads with ice or in rain, at one air density.
 
     Attributes:
-      density: [kg/m^3] of the air.
-      power: (speeds, seeds) [W] mean of the generator.
-      loads: by channel, the same: equivalent loads [N m].
+      density: [kg/m^3] air density.
+      power: (speeds, seeds) [W] mean generator power.
+      loads: (speeds, seeds) equivalent loads [N m] by channel.
       rated_wind: [m/s] steady wind at which rated power is reached.
     """
 
@@ -98,28 +98,28 @@ class Response:
     """Power and loads of the turbine in all conditions.
 
     Attributes:
-      turbine, setup: which, and how much was run.
-      power: (densities, speeds, seeds) [W] mean of the generator, of clean blades.
-      below: the same, share of time below rated power.
-      loads: by channel, the same: equivalent loads [N m].
-      states: those of the setup, with ice and in rain.
+      turbine, setup: turbine, and extent of the simulations.
+      power: (densities, speeds, seeds) [W] mean generator power with clean blades.
+      below: (densities, speeds, seeds) share of time below rated power.
+      loads: (densities, speeds, seeds) equivalent loads [N m] by channel.
+      states: results with ice and in rain.
       rated_wind: (densities,) [m/s] steady wind at which rated power is reached.
       points: steady operation over the speeds at standard density.
     """
 
     turbine: Turbine
-    setup: Setup
+    setup: ResponseSetup
     power: Float
     below: Float
     loads: Mapping[str, Float]
-    states: Mapping[str, State]
+    states: Mapping[str, WeatherState]
     rated_wind: Float
     points: tuple[OperatingPoint, ...]
 
 
 def respond(
     turbine: Turbine,
-    setup: Setup,
+    setup: ResponseSetup,
     *,
     icing: Icing | None = None,
     workers: int | None = None,
@@ -128,19 +128,19 @@ def respond(
     """Run all conditions in all winds; a seed with a failed run is excluded everywhere.
 
     Args:
-      turbine: with clean blades.
-      icing: what the iced blades have; by default all that ``Icing`` has by default.
-      workers: threads.
-      progress: called with the completed fraction and what is under way.
+      turbine: turbine with clean blades.
+      icing: ice on the iced blades; by default the defaults of ``Icing``.
+      workers: number of threads.
+      progress: callback with the completed fraction and the current step.
 
     Raises:
-      FailedResultError: no seed is left.
+      FailedResultError: a run failed for every seed.
       InputError: rated power is not reached at any of the speeds.
     """
     models = _models(turbine, setup, icing or Icing())
     progress(0.0, "steady operation")
     starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
-    found: list[Float | FailedResult] = []
+    results: list[Float | FailedResult] = []
     winds = [(v, seed) for v in setup.speeds for seed in setup.seeds]
     duration = setup.begin + setup.length
     rated = FULL * turbine.rated_power
@@ -165,12 +165,12 @@ def respond(
             )
             for key, model in models.items()
         ]
-        found += cells(cases, reduce=reduced, workers=workers)
-    lost = {winds[i // len(models)][1]: value for i, value in enumerate(found) if isinstance(value, FailedResult)}
+        results += cells(cases, reduce=reduced, workers=workers)
+    lost = {winds[i // len(models)][1]: value for i, value in enumerate(results) if isinstance(value, FailedResult)}
     if len(lost) == len(setup.seeds):
         raise FailedResultError(next(iter(lost.values())).why)
     setup = replace(setup, seeds=tuple(seed for seed in setup.seeds if seed not in lost))
-    kept = [value for i, value in enumerate(found) if winds[i // len(models)][1] not in lost]
+    kept = [value for i, value in enumerate(results) if winds[i // len(models)][1] not in lost]
     # conditions, quantities, speeds, seeds
     values = np.array(kept).reshape(len(setup.speeds), len(setup.seeds), len(models), -1).transpose(2, 3, 0, 1)
     rated_winds = [rated_wind(model, starts[key]) for key, model in models.items()]
@@ -184,7 +184,7 @@ def respond(
         below=clean[:, 1],
         loads={name: clean[:, 2 + i] for i, name in enumerate(SLOPES)},
         states={
-            name: State(density, x[0], {load: x[2 + i] for i, load in enumerate(SLOPES)}, wind)
+            name: WeatherState(density, x[0], {load: x[2 + i] for i, load in enumerate(SLOPES)}, wind)
             for (name, density), x, wind in list(zip(models, values, rated_winds, strict=True))[n:]
         },
         rated_wind=np.array(rated_winds[:n]),
@@ -192,7 +192,7 @@ def respond(
     )
 
 
-def _models(turbine: Turbine, setup: Setup, icing: Icing) -> dict[tuple[str, float], BladedModel]:
+def _models(turbine: Turbine, setup: ResponseSetup, icing: Icing) -> dict[tuple[str, float], BladedModel]:
     """Models by condition and density [kg/m^3]."""
     fast = setup.options
     models = {(CLEAN, density): build(turbine, fast, Environment(air_density=density)) for density in setup.densities}

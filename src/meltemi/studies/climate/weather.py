@@ -53,16 +53,16 @@ class Periods:
     """Periods of a year.
 
     Attributes:
-      name: of the site.
+      name: name of the site.
       hours: (N,) [h] length.
       month: (N,) 1 to 12.
-      temperature: (N,) [degC].
-      humidity: (N,) relative.
-      pressure: (N,) [Pa]; None if it follows from the altitude.
-      altitude: [m].
+      temperature: (N,) [degC] air temperature.
+      humidity: (N,) relative humidity.
+      pressure: (N,) [Pa] air pressure; None if it follows from the altitude.
+      altitude: [m] altitude of the site.
       rain_hours: (N,) [h] by class of rain.
       icing_hours: (N,) [h] with ice on the blades.
-      wind_hours: (N, n) [h] in wind speed bins, of edges (n + 1,) [m/s] and the height of the hub [m].
+      wind_hours: (N, n) [h] in wind speed bins, function of edges (n + 1,) [m/s] and hub height [m].
       missing: hours that were left out.
     """
 
@@ -94,17 +94,17 @@ def periods(site: str | Path | Climate | Periods, **options: float) -> Periods:
     """Periods of a climate by name, of a YAML file of a climate, or of a weather file.
 
     Args:
-      site: which.
-      options: of :func:`read_weather`.
+      site: name or file.
+      options: arguments of :func:`read_weather`.
 
     Raises:
-      InputError: no such climate or file, or it is not valid.
+      InputError: the climate or file does not exist or is not valid.
     """
     if isinstance(site, Periods):
         return site
     if not isinstance(site, Climate) and Path(site).suffix.lower() in (".csv", ".epw"):
         return read_weather(Path(site), **options)
-    c = site if isinstance(site, Climate) else load_climate(site)  # with altitude, height and shear of its own
+    c = site if isinstance(site, Climate) else load_climate(site)  # climates already have altitude, height and shear
     return Periods(
         name=c.name,
         hours=MONTH_HOURS,
@@ -125,13 +125,13 @@ def read_weather(
     """Read hourly weather.
 
     Args:
-      path: of a CSV or EPW file.
-      altitude: [m] where pressures are missing; by default that of an EPW file, or 0.
-      wind_height: [m] at which the wind is given; by default 10 for EPW files, and that of the hub for others.
-      shear_exponent: with which it is taken to the hub.
+      path: CSV or EPW file.
+      altitude: [m] altitude for missing pressures; by default that of an EPW file, or 0.
+      wind_height: [m] height of the wind data; by default 10 m for EPW files, and hub height for others.
+      shear_exponent: shear exponent for the extrapolation to hub height.
 
     Raises:
-      InputError: the file cannot be read, lacks a column, has no hour, or a number that is no weather.
+      InputError: the file cannot be read, lacks a column, is empty, or has an implausible value.
     """
     if wind_height is not None and not wind_height > 0.0:
         raise InputError(f"{path}: wind_height: expected a height above the ground in m, found {wind_height:g}")
@@ -167,7 +167,7 @@ def read_weather(
         humidity=kept["humidity"],
         pressure=pressure,
         altitude=altitude,
-        # of the class next to the rate, for as long as gives the same water
+        # class with the closest rain rate, for the time with the same amount of water
         rain_hours={
             name: np.where((nearest == i) & (rain >= LEAST_RAIN), np.minimum(rain / rates[i], 1.0), 0.0)
             for i, name in enumerate(RAIN_CLASSES)
@@ -208,7 +208,7 @@ def _csv(path: Path, lines: list[str]) -> tuple[dict[str, Float], NDArray[np.int
             raise InputError(f"{path}: column {name} [{COLUMNS[name]}] is missing")
     reader.fieldnames = names
     rows = list(reader)
-    found = {
+    columns = {
         name: np.array([_number(path, row[name] or "", f"hour {i}, {name}") for i, row in enumerate(rows, start=1)])
         for name in names
         if name != "time"
@@ -220,7 +220,7 @@ def _csv(path: Path, lines: list[str]) -> tuple[dict[str, Float], NDArray[np.int
             raise InputError(f"{path}: time: expected ISO 8601, such as 2024-01-31T13:00 ({error})") from None
     else:
         month = 1 + np.searchsorted(np.cumsum(MONTH_HOURS), np.arange(len(rows)) % 8766, side="right")
-    return found, month, 0.0
+    return columns, month, 0.0
 
 
 def _epw(path: Path, lines: list[str]) -> tuple[dict[str, Float], NDArray[np.int64], float]:
@@ -232,11 +232,11 @@ def _epw(path: Path, lines: list[str]) -> tuple[dict[str, Float], NDArray[np.int
     for i, row in enumerate(rows, start=9):
         if len(row) < 22:
             raise InputError(f"{path}: line {i}: expected the 35 fields of an hour, found {len(row)}")
-    found = {}
+    columns = {}
     for name, (at, missing, factor) in EPW.items():
         cells = (row[at] if at < len(row) else "" for row in rows)
         values = np.array([_number(path, cell, f"line {i}") for i, cell in enumerate(cells, start=9)])
-        found[name] = np.where(values >= missing, np.nan, values * factor)
-    found["humidity"] = np.minimum(found["humidity"], 1.0)  # supersaturated hours are rounded up
+        columns[name] = np.where(values >= missing, np.nan, values * factor)
+    columns["humidity"] = np.minimum(columns["humidity"], 1.0)  # supersaturated hours are rounded up
     month = np.array([int(_number(path, row[1], "month")) for row in rows], dtype=int)
-    return found, month, _number(path, head[9], "line 1, elevation")
+    return columns, month, _number(path, head[9], "line 1, elevation")

@@ -1,10 +1,10 @@
 """A year at a site: energy and lifetime loads from the turbine's response and the weather.
 
-Of each period, a month of a climate or an hour of a weather file, the density of its air and the hours of its wind
-speeds, rain and ice are known. Power in turbulence is interpolated in the wind speed (monotone cubic) and in the
-density (through three values). One weather effect after another is put in: altitude (the mean pressure, where pressures
-are measured), temperature, humidity, rain, ice; what each adds is a share of the year's energy, or of a load, at 1.225
-kg/m^3 in the same wind. Rain and ice come in hours that are spread over all wind speeds of their period.
+Each period, a month of a climate or an hour of a weather file, has an air density and hours of wind
+speeds, rain and ice. Power in turbulence is interpolated in the wind speed (monotone cubic) and in the
+density (through three values). Weather effects are added successively: altitude (the mean pressure, where pressures
+are measured), temperature, humidity, rain, ice; contributions are relative to the annual energy, or to a load, at 1.225
+kg/m^3 in the same wind. Hours of rain and ice are distributed over all wind speeds of their period.
 """
 
 from __future__ import annotations
@@ -36,20 +36,21 @@ SHED_SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class Year:
+class SiteYear:
     """Annual results at a site, for each seed.
 
     Attributes:
       climate: the periods.
       hours: (N, bins) [h] of each period in the bins of wind speed in operation.
-      density: (N,) [kg/m^3].
-      rated_wind: (N,) [m/s].
-      by_period, base_by_period: (N,) [J] of clean blades in the site's dry air, and at 1.225 kg/m^3; means over seeds.
-      reference: (seeds,) [J] at 1.225 kg/m^3, dry and without ice.
-      steps: (seeds,) [J] that each effect adds to what stands before it.
-      constant: (seeds,) [J] more than with the periods' densities if the density had its mean over the year.
-      seed_rain: (seeds,) [J] that rain takes by the review's formula, drops of 3 mm, instead of by drops on the blades.
-      loads: (seeds,) by channel, [N m] equivalent to the year's: at 1.225 kg/m^3 (``reference``), and with the effects
+      density: (N,) [kg/m^3] air density.
+      rated_wind: (N,) [m/s] rated wind speed.
+      by_period, base_by_period: (N,) [J] energy with clean blades in the site's dry air, and at 1.225 kg/m^3; means
+        over seeds.
+      reference: (seeds,) [J] annual energy at 1.225 kg/m^3, dry and without ice.
+      steps: (seeds,) [J] successive contributions of the effects.
+      constant: (seeds,) [J] excess of energy with the annual mean density over that with densities of the periods.
+      seed_rain: (seeds,) [J] loss by rain by the review's formula, drops of 3 mm, instead of by drops on the blades.
+      loads: (seeds,) by channel, [N m] annual equivalent loads: at 1.225 kg/m^3 (``reference``), and with the effects
         up to each of the steps.
     """
 
@@ -72,22 +73,14 @@ class Year:
 
 
 @dataclass(frozen=True)
-class Found:
-    """Annual results and the data behind them."""
-
-    response: Response
-    years: Mapping[str, Year]
-
-
-@dataclass(frozen=True)
-class Years:
+class SiteYears:
     """Annual results of a turbine at sites, and the response behind them."""
 
     response: Response
-    years: Mapping[str, Year]
+    years: Mapping[str, SiteYear]
 
     @classmethod
-    def of(cls, response: Response, sites: Iterable[Climate | Periods]) -> Years:
+    def of(cls, response: Response, sites: Iterable[Climate | Periods]) -> SiteYears:
         """Annual results at sites, by their names."""
         curves = Curves(response)
         return cls(response, {site.name: a_year(curves, site) for site in sites})
@@ -110,8 +103,8 @@ class Curves:
         from scipy.interpolate import PchipInterpolator
 
         inside = np.clip(self.middle, self.speeds[0], self.speeds[-1])
-        found: Float = PchipInterpolator(self.speeds, values, axis=-2)(inside)
-        return found
+        interpolated: Float = PchipInterpolator(self.speeds, values, axis=-2)(inside)
+        return interpolated
 
     def power(self, values: Float) -> Float:
         """As ``over_speed`` for power, which is proportional to the cube of the wind speed below the smallest one."""
@@ -128,7 +121,7 @@ class Curves:
         return result
 
     def clean(self, density: Float) -> Float:
-        """(N, bins, seeds) [W] of clean blades in periods of a density."""
+        """(N, bins, seeds) [W] power with clean blades in periods of a density."""
         rated = self.response.turbine.rated_power
         return np.clip(self.at(self.produced, density), 0.0, 1.02 * rated)
 
@@ -137,11 +130,11 @@ class Curves:
         return climate.wind_hours(self.edges, self.response.turbine.hub_height)
 
     def energy(self, density: Float, hours: Float) -> Float:
-        """(seeds,) [J] of clean blades in dry periods of a density."""
+        """(seeds,) [J] energy with clean blades in dry periods of a density."""
         return np.asarray(3600.0 * np.einsum("mb,mbs->s", hours, self.clean(density)))
 
     def by_period(self, density: Float, hours: Float) -> Float:
-        """(N,) [J] of each period, mean over seeds."""
+        """(N,) [J] energy of each period, mean over seeds."""
         return np.asarray(3600.0 * np.einsum("mb,mbs->m", hours, self.clean(density)) / self.produced.shape[-1])
 
     def ice_ratio(self, name: str) -> Float:
@@ -176,8 +169,8 @@ class Curves:
         return [drivetrain.generator_efficiency * drivetrain.gearbox_efficiency * power for power in lost]
 
 
-def a_year(curves: Curves, site: Climate | Periods) -> Year:
-    """A year of the turbine of these curves at a site."""
+def a_year(curves: Curves, site: Climate | Periods) -> SiteYear:
+    """Annual results at a site from the curves of a turbine."""
     climate = periods(site)
     response, hours = curves.response, curves.hours(climate)
     density = climate.density()
@@ -189,10 +182,10 @@ def a_year(curves: Curves, site: Climate | Periods) -> Year:
     steps["rain"] = -_rain(curves, climate, hours, "drops")
     steps["ice"] = -_ice(curves, climate, hours)
     mean = np.full(len(density), np.average(density, weights=hours.sum(axis=1)))
-    # rated wind goes with the density to the power of -1/3
+    # rated wind speed is proportional to the density to the power of -1/3
     known = np.array(response.setup.densities) ** (-1.0 / 3.0)
     rated = np.interp(density ** (-1.0 / 3.0), known[::-1], response.rated_wind[::-1])
-    return Year(
+    return SiteYear(
         climate=climate,
         hours=hours,
         density=density,
@@ -237,7 +230,7 @@ def _ice(curves: Curves, climate: Periods, hours: Float) -> Float:
 def _loads(curves: Curves, climate: Periods, hours: Float, name: str) -> dict[str, Float]:
     """(seeds,) damage-equivalent load of the hours in operation, effects added one by one.
 
-    What rain adds to a load goes with the water that it puts into the air.
+    The load increment by rain is proportional to the water content of the air.
     """
     m = SLOPES[name]
     clean = curves.over_speed(curves.response.loads[name])
@@ -245,15 +238,15 @@ def _loads(curves: Curves, climate: Periods, hours: Float, name: str) -> dict[st
     damage: dict[str, Float] = {"reference": curves.at(clean, np.full(len(climate.hours), STANDARD)) ** m}
     for what in AIR:
         damage[what] = curves.at(clean, climate.density(what)) ** m
-    own, wet = damage[AIR[-1]], curves.load_ratio(WET, name) - 1.0 if WET in states else 0.0
-    more = np.zeros_like(own)
+    dry, wet = damage[AIR[-1]], curves.load_ratio(WET, name) - 1.0 if WET in states else 0.0
+    more = np.zeros_like(dry)
     for kind, time in climate.rain_hours.items():
         water = float(water_content(Rain(kind=kind).intensity) / water_content(RAIN.intensity))
         more += (time / climate.hours)[:, None, None] * ((1.0 + water * wet) ** m - 1.0)
-    damage["rain"] = own * (1.0 + more)
+    damage["rain"] = dry * (1.0 + more)
     damage["ice"] = damage["rain"]
     if ICED in states:
         ice = (1.0 - SHED_SHARE) * curves.load_ratio(ICED, name) ** m + SHED_SHARE * curves.load_ratio(SHED, name) ** m
-        damage["ice"] = damage["rain"] + own * (climate.icing_hours / climate.hours)[:, None, None] * (ice - 1.0)
+        damage["ice"] = damage["rain"] + dry * (climate.icing_hours / climate.hours)[:, None, None] * (ice - 1.0)
     weight = hours / hours.sum()
     return {what: np.asarray(np.einsum("mb,mbs->s", weight, x) ** (1.0 / m)) for what, x in damage.items()}

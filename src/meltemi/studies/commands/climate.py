@@ -41,23 +41,23 @@ def climate(
         raise InputError(f"--altitude and --wind-height belong to weather files; the climate {site} has its own")
     year = periods(site, **{key: value for key, value in given.items() if value is not None}, shear_exponent=shear)
     from meltemi.report.tables import number
-    from meltemi.studies.climate.response import ICED, SHED, WET, Setup, respond
+    from meltemi.studies.climate.response import ICED, SHED, WET, ResponseSetup, respond
     from meltemi.studies.climate.tables import energy_table, load_table, month_table, years_figure
-    from meltemi.studies.climate.year import Years
+    from meltemi.studies.climate.year import SiteYears
     from meltemi.tuning.run_store import run_store
 
     states: tuple[str, ...] = (ICED, SHED) if year.icing_hours.any() else ()
     states += (WET,) if any(hours.any() for hours in year.rain_hours.values()) else ()
     low, high = described.cut_in + 1.0, described.cut_out - 1.0
     speeds = tuple(np.linspace(low, high, 1 + max(4, round((high - low) / 1.8))).round(1).tolist())
-    extent = Setup(
+    extent = ResponseSetup(
         speeds=speeds, seeds=tuple(range(1, seeds + 1)), length=duration, states=states, wind_class=wind_class
     )
     with run_store(out, repr(("climate", described.content_hash(), extent))) as book:
         with simulation_bar("climate") as progress:
             response = respond(described, extent, workers=workers, progress=lambda share, what: progress(share))
         failed = dict(book.failed)
-    found = Years.of(response, [year])
+    found = SiteYears.of(response, [year])
     (result,) = found.years.values()
     tables = {"energy": energy_table(found), "loads": load_table(found), "months": month_table(result)}
     for table in tables.values():

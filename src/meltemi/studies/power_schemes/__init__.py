@@ -1,1 +1,1 @@
-"""Schemes of limited power and their coordination with yaw and pitch, compared on any turbine with blades."""
+"""Comparison of schemes of limited power, and of their coordination with yaw and pitch, for any turbine with blades."""

@@ -16,15 +16,15 @@ Progress = Callable[[float, str], None]
 
 
 @dataclass(frozen=True)
-class Setup:
+class SchemeSetup:
     """Extent of the simulations.
 
     Attributes:
-      speed: [m/s] mean wind; IEC normal turbulence of class IB.
-      levels: shares of rated power that are asked for.
-      length, begin: [s] that count, and before them.
-      points: of the field, either way.
-      seeds: of the wind and of what changes with it.
+      speed: [m/s] mean wind speed; IEC normal turbulence of class IB.
+      levels: demanded power over rated power.
+      length, begin: [s] evaluated length, and initial transient.
+      points: grid points of the field in each direction.
+      seeds: seeds of the wind and of signals that vary with it.
     """
 
     speed: float
@@ -48,12 +48,12 @@ def by_seed(
 ) -> dict[Question, dict[int, dict[str, dict[str, float]]]]:
     """Quantities by question, seed and scheme. ``of_seed`` gives the cases of a seed: for each question all schemes.
 
-    A seed in which the run of a scheme failed is left out of that question for all schemes.
+    A seed for which the run of a scheme failed is excluded from that question for all schemes.
 
     Raises:
-      FailedResultError: of a question no seed is left.
+      FailedResultError: no seed remains for a question.
     """
-    found: dict[Question, dict[int, dict[str, dict[str, float]]]] = {question: {} for question in questions}
+    results: dict[Question, dict[int, dict[str, dict[str, float]]]] = {question: {} for question in questions}
     for number, seed in enumerate(seeds):
 
         def part(share: float, done: int = number) -> None:
@@ -63,8 +63,8 @@ def by_seed(
         for question in questions:
             row = {scheme: next(values) for scheme in schemes}
             if not any(isinstance(value, FailedResult) for value in row.values()):
-                found[question][seed] = row
-    for question, rows in found.items():
+                results[question][seed] = row
+    for question, rows in results.items():
         if not rows:
             raise FailedResultError(f"{what}, {question}: no seed in which every scheme reached its end")
-    return found
+    return results

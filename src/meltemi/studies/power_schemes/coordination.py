@@ -1,7 +1,7 @@
 """Coordination of pitch, torque and yaw, compared in turbulent wind with slow direction changes.
 
-Every candidate sees the same winds: IEC normal turbulence, and on it directions and speeds that change within the hour,
-as Gauss-Markov processes: meandering of 0.6 m/s along and across in twenty minutes whatever the wind speed (after
+Every candidate has the same winds: IEC normal turbulence with superposed changes of direction and speed within the
+hour as Gauss-Markov processes: meandering of 0.6 m/s along and across in twenty minutes at any wind speed (after
 Mahrt 2011, J. Appl. Meteorol. Climatol. 50, 144-152), and a drift of the direction with the weather of 15 degrees in
 three hours.
 """
@@ -36,7 +36,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.power_schemes.compared import Progress, Setup, by_seed
+from meltemi.studies.power_schemes.compared import Progress, SchemeSetup, by_seed
 from meltemi.studies.power_schemes.costs import ROOT, SHAFT, STEP, TOWER, few_modes
 from meltemi.studies.servo_duty import BEARING_SLOPE, servo_duty
 from meltemi.turbine.definition import Turbine
@@ -82,10 +82,10 @@ class Candidate:
     """A coordination scheme.
 
     Attributes:
-      scheme: of the power control.
-      relief: whether the yaw's dead band follows the power that is to spare.
-      individual: whether each blade has its own pitch.
-      dead_band: [rad] of the yaw control.
+      scheme: scheme of the power control.
+      relief: whether the dead band of the yaw control follows the power reserve.
+      individual: whether individual pitch control is active.
+      dead_band: [rad] dead band of the yaw control.
     """
 
     scheme: str
@@ -112,7 +112,7 @@ CONVENTIONAL, PROPOSAL = "each for itself", "pitch and torque"
 OURS = ("pitch and yaw", "all three", "all three, wide hold", RIVAL)
 """Of the candidates: the paper's conventional scheme, the one that it proposes, and ours."""
 
-HOURS = Setup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
+HOURS = SchemeSetup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
 QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)
 LEVEL = 0.75
 """Share of rated power in the shorter comparison: Figure 21 of Palanimuthu et al. (2022)."""
@@ -129,7 +129,7 @@ def markov(rng: np.random.Generator, deviation: float, time: float, step: float,
     return x
 
 
-def turning_wind(turbine: Turbine, setup: Setup, seed: int) -> WindBox:
+def turning_wind(turbine: Turbine, setup: SchemeSetup, seed: int) -> WindBox:
     """A turbulent wind field with slowly varying mean speed and direction."""
     duration, step = setup.begin + setup.length, 10.0
     reach = turbine.rotor_diameter / setup.speed + 60.0
@@ -185,7 +185,9 @@ Rows = dict[float, dict[int, dict[str, dict[str, float]]]]
 """Quantities by level, seed and candidate."""
 
 
-def simulated(turbine: Turbine, setup: Setup, names: Sequence[str], *, workers: int | None, progress: Progress) -> Rows:
+def simulated(
+    turbine: Turbine, setup: SchemeSetup, names: Sequence[str], *, workers: int | None, progress: Progress
+) -> Rows:
     """Candidates at all levels in all winds."""
     model = build(turbine, few_modes(turbine).replace(yaw="driven"))
     start, laws = operating_point(model, setup.speed), controllers(model, performance_of(turbine), names)
@@ -219,8 +221,8 @@ def study(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progr
 
 
 @dataclass(frozen=True)
-class Bench:
-    """The paper's proposal and ours in the same winds, with the power reference of Figure 21.
+class ProposalComparison:
+    """Comparison of the paper's proposal and ours in the same winds, with the power reference of Figure 21.
 
     Attributes:
       conventional: changes against the paper's conventional scheme.
@@ -231,12 +233,12 @@ class Bench:
     proposal: EnsembleTable
 
 
-def bench(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progress) -> Bench:
+def bench(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progress) -> ProposalComparison:
     """The shorter comparison."""
     setup = replace(QUICK if quick else HOURS, levels=(LEVEL,))
     rows = simulated(turbine, setup, (CONVENTIONAL, PROPOSAL, *OURS), workers=workers, progress=progress)[LEVEL]
     rebased = {seed: {name: row[name] for name in (PROPOSAL, *OURS)} for seed, row in rows.items()}
-    return Bench(ensemble_table(rows, SLOPES), ensemble_table(rebased, SLOPES))
+    return ProposalComparison(ensemble_table(rows, SLOPES), ensemble_table(rebased, SLOPES))
 
 
 def coordination_figure(tables: Tables) -> Figure:

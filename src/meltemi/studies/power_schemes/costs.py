@@ -1,11 +1,11 @@
-"""What schemes of limited power cost in pitch travel, loads and tracking, in turbulence.
+"""Pitch travel, loads and tracking errors of schemes of limited power in turbulence.
 
-The base of all changes is A0, which pitches at the speed at which the reference is just met. At full power that is a
-slow base: it loses energy in every lull, and the usual controller there is A1.
+All changes are relative to A0, which pitches at the lowest speed at which the reference is met. At full power this is
+a slow rotor: it loses energy in every lull, and the usual controller there is A1.
 
-The schemes hold a share of rated power, or follow a regulation signal about it, in the same winds. The signal is made
-like those that grid operators send for secondary control: no mean, all periods from 40 s to ten minutes, at most a
-tenth of rated power either way; a turbine that is to give full power can only follow it downwards.
+The schemes hold a share of rated power, or follow a regulation signal about it, in the same winds. The signal resembles
+those of grid operators for secondary control: no mean, all periods from 40 s to ten minutes, an amplitude of at most a
+tenth of rated power; a turbine at full power can only follow it downwards.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.power_schemes.compared import Progress, Setup, by_seed
+from meltemi.studies.power_schemes.compared import Progress, SchemeSetup, by_seed
 from meltemi.turbine.definition import Turbine
 from meltemi.turbulence.field import generate_field
 
@@ -89,7 +89,7 @@ SCHEMES = ("A0", "A1", "A2", "A3")
 """Of the power control; the first is the base of changes."""
 
 
-FULL = Setup(speed=12.0, levels=(0.4, 0.6, 0.8, 1.0), length=600.0, begin=100.0, points=21)
+FULL = SchemeSetup(speed=12.0, levels=(0.4, 0.6, 0.8, 1.0), length=600.0, begin=100.0, points=21)
 QUICK = replace(FULL, seeds=(1, 2), levels=(0.6, 1.0), length=60.0, begin=40.0, points=11)
 
 Tables = Mapping[tuple[str, float], EnsembleTable]
@@ -107,8 +107,8 @@ def regulation_signal(seed: int, duration: float, step: float = 2.0) -> tuple[Fl
     return step * np.arange(n, dtype=float), signal / np.abs(signal).max()
 
 
-def reference(setup: Setup, rated: float, level: float, signal: str, seed: int) -> float | TimeSeries:
-    """[W] power reference of the operator."""
+def reference(setup: SchemeSetup, rated: float, level: float, signal: str, seed: int) -> float | TimeSeries:
+    """Power reference [W] of the operator."""
     if signal == STEADY:
         return level * rated
     time, value = regulation_signal(seed, setup.begin + setup.length)
@@ -133,11 +133,11 @@ def quantities(result: Result, rated_power: float, rated_speed: float) -> dict[s
 
 @dataclass(frozen=True)
 class Costs:
-    """What the schemes cost.
+    """Results of the schemes.
 
     Attributes:
-      tables: of the schemes, by what is asked for.
-      front: of A2 with other upper speeds, at ``FRONT_LEVEL`` of rated power; the first scheme is A2.
+      tables: comparison of the schemes, by demand.
+      front: comparison of A2 with other upper speeds, at ``FRONT_LEVEL`` of rated power; the first scheme is A2.
     """
 
     tables: Tables
@@ -147,14 +147,19 @@ class Costs:
 def study(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progress) -> Costs:
     """The schemes at all levels in all winds, and A2 with other upper speeds; ``quick``: few short runs."""
     setup, schemes = (QUICK, ("A0", "A2")) if quick else (FULL, SCHEMES)
-    performance, asked = performance_of(turbine), [(s, level) for s in (STEADY, FOLLOWING) for level in setup.levels]
+    performance, questions = (
+        performance_of(turbine),
+        [(s, level) for s in (STEADY, FOLLOWING) for level in setup.levels],
+    )
     rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
     def law(**settings: Any) -> Controller:
         return PowerController(turbine, performance, PowerControl.model_validate(settings))
 
     laws = {scheme: law(scheme=scheme) for scheme in schemes}
-    costs = _compared(turbine, setup, asked, laws, workers, lambda share, what: progress(0.75 * share, what), "schemes")
+    costs = _compared(
+        turbine, setup, questions, laws, workers, lambda share, what: progress(0.75 * share, what), "schemes"
+    )
     others = {f"A2, {100.0 * x:.0f} %": law(scheme="A2", upper_speed=x * rated) for x in UPPER[:: 3 if quick else 1]}
     laws = {"A2": law(scheme="A2"), "A0": law(scheme="A0"), "A1": law(scheme="A1"), **others}
     level = [(STEADY, FRONT_LEVEL)]
@@ -166,28 +171,28 @@ def study(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progr
 
 def _compared(
     turbine: Turbine,
-    setup: Setup,
-    asked: Sequence[tuple[str, float]],
+    setup: SchemeSetup,
+    questions: Sequence[tuple[str, float]],
     laws: Mapping[str, Controller],
     workers: int | None,
     progress: Progress,
     what: str,
 ) -> Tables:
-    """Controllers in all winds, by what is asked for; ``what`` names the comparison."""
-    rows = rows_of(turbine, setup, asked, laws, workers, progress, what)
+    """Compare controllers in all winds, by demand; ``what`` names the comparison."""
+    rows = rows_of(turbine, setup, questions, laws, workers, progress, what)
     return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
 
 
 def rows_of(
     turbine: Turbine,
-    setup: Setup,
-    asked: Sequence[tuple[str, float]],
+    setup: SchemeSetup,
+    questions: Sequence[tuple[str, float]],
     laws: Mapping[str, Controller],
     workers: int | None,
     progress: Progress,
     what: str,
 ) -> dict[tuple[str, float], dict[int, dict[str, dict[str, float]]]]:
-    """Quantities of controllers by what is asked for, seed and name; ``what`` names the comparison."""
+    """Quantities of controllers by demand, seed and name; ``what`` names the comparison."""
     model = build(turbine, few_modes(turbine))
     start, duration = operating_point(model, setup.speed), setup.begin + setup.length
 
@@ -196,7 +201,7 @@ def rows_of(
 
     def cases(seed: int) -> Iterator[Run]:
         wind = generate_field(ntm(setup.speed, "IB", seed=seed, points=setup.points), turbine, duration)
-        for signal, level in asked:
+        for signal, level in questions:
             grid = PowerGrid(power_reference=reference(setup, turbine.rated_power, level, signal, seed))
             for scheme, law in laws.items():
                 given: dict[str, Any] = {"channels": CHANNELS, "output_step": STEP, "start": start, "grid": grid}
@@ -206,7 +211,7 @@ def rows_of(
 
     return by_seed(
         setup.seeds,
-        asked,
+        questions,
         tuple(laws),
         cases,
         reduced,
@@ -233,7 +238,7 @@ def front_figure(front: EnsembleTable) -> Figure:
 
 
 def efficient(front: EnsembleTable, quantities: Sequence[str]) -> list[str]:
-    """Schemes that no other beats in all of these, more energy and less of the rest, by their means."""
+    """Pareto-optimal schemes: no other has more energy and less of all other quantities, by their means."""
 
     def costs(scheme: str) -> Float:
         means = {name: front.entry(name, scheme).value.mean for name in quantities}
@@ -242,8 +247,10 @@ def efficient(front: EnsembleTable, quantities: Sequence[str]) -> list[str]:
     every = {scheme: costs(scheme) for scheme in front.schemes}
     return [
         scheme
-        for scheme, own in every.items()
-        if not any(np.all(other <= own) and np.any(other < own) for name, other in every.items() if name != scheme)
+        for scheme, values in every.items()
+        if not any(
+            np.all(other <= values) and np.any(other < values) for name, other in every.items() if name != scheme
+        )
     ]
 
 

@@ -22,7 +22,7 @@ def _widths(thrust: float, misalignment: float, intensity: float, distance: floa
 
 
 def deflection(thrust: float, misalignment: float, intensity: float, distance: float) -> float:
-    """Lateral shift of the wake's centre in rotor diameters, eq. (7.4); positive for a positive misalignment."""
+    """Lateral deflection of the wake centre in rotor diameters, eq. (7.4); positive for a positive misalignment."""
     k, near, across, up = _widths(thrust, misalignment, intensity, distance)
     cosine, root = math.cos(misalignment), math.sqrt(1.0 - thrust)
     angle = 0.3 * misalignment / cosine * (1.0 - math.sqrt(1.0 - thrust * cosine))
@@ -34,13 +34,13 @@ def deflection(thrust: float, misalignment: float, intensity: float, distance: f
 
 
 def waked_speed(thrust: float, misalignment: float, intensity: float, distance: float) -> float:
-    """Mean wind over the rotor of a turbine straight downstream, share of the undisturbed wind.
+    """Mean wind over the rotor of a turbine directly downstream, over the undisturbed wind.
 
     Args:
-      thrust: coefficient of the upstream turbine, below one.
-      misalignment: [rad] of it.
-      intensity: of the turbulence.
-      distance: in rotor diameters, beyond the near wake.
+      thrust: thrust coefficient of the upstream turbine, below one.
+      misalignment: [rad] yaw misalignment of the upstream turbine.
+      intensity: turbulence intensity.
+      distance: distance in rotor diameters, beyond the near wake.
     """
     _, _, across, up = _widths(thrust, misalignment, intensity, distance)
     shift = deflection(thrust, misalignment, intensity, distance)

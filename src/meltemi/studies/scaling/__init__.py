@@ -1,1 +1,1 @@
-"""Scaling of a reference turbine to main parameters."""
+"""Scaling of a reference turbine to other main parameters."""

@@ -1,4 +1,4 @@
-"""Scaled blade: outer shape of the optimum rotor, shell thickness for equal strain."""
+"""Scaled blade: outer shape of the optimum rotor, wall thickness for equal strain."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.studies.scaling.factors import Factors, multiply
+from meltemi.studies.scaling.factors import ScalingFactors, multiply
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
@@ -19,17 +19,19 @@ SECOND_MOMENT = "flap_stiffness edge_stiffness torsion_stiffness flap_inertia ed
 STIFFNESS = "axial_stiffness flap_stiffness edge_stiffness torsion_stiffness stiffness_matrix"
 
 
-def scaled_blade(reference: Turbine, factors: Factors, blade_mass: float | None, stiffness: float) -> dict[str, Any]:
+def scaled_blade(
+    reference: Turbine, factors: ScalingFactors, blade_mass: float | None, stiffness: float
+) -> dict[str, Any]:
     """Content of ``Turbine.blade``.
 
-    A section is s c times as large as the reference's: s of geometric similarity, c of the design tip-speed ratio. Its
-    walls are s w times as thick, with w = (moment / s^3) / c^2, which keeps the strain under the flap moment of rated
-    wind. A given mass sets w instead, alike in mass and stiffness, and so leaves the frequencies.
-    All stiffness may be multiplied: stiffer material of the same mass.
+    A section is s c times as large as in the reference: s from geometric similarity, c from the design tip-speed ratio.
+    Its walls are s w times as thick, with w = (moment / s^3) / c^2, which keeps the strain under the flapwise moment at
+    rated wind speed. A given mass sets w instead, for mass and stiffness alike, and thus keeps the frequencies.
+    All stiffness may be multiplied by a factor: stiffer material of the same mass.
 
     Args:
-      reference: the turbine that is scaled.
-      factors: of the new one.
+      reference: reference turbine.
+      factors: scaling factors.
       blade_mass: [kg] of the new blade.
       stiffness: further factor of all stiffness.
     """
@@ -55,7 +57,7 @@ def scaled_blade(reference: Turbine, factors: Factors, blade_mass: float | None,
     if structure["damping_time"] is not None:
         multiply(structure["damping_time"], "flap edge torsion", s)
     if factors.slender != 1.0 or stiffness != 1.0:
-        structure["mode_shapes"] = None  # those of another blade
+        structure["mode_shapes"] = None  # they belong to the reference blade
     for flap in content["flaps"]:
         multiply(flap, "rate frequency", 1.0 / factors.time)
     return content
@@ -67,12 +69,12 @@ def _sections(structure: dict[str, Any], size: Float, wall: Float) -> None:
     multiply(structure, SECOND_MOMENT, size**3 * wall)
     multiply(structure, "mass_centre_x mass_centre_y", size)
     arm = np.ones((len(size), 6))
-    arm[:, 3:] = size[:, None]  # moments and curvatures have one length more than forces and strains
+    arm[:, 3:] = size[:, None]  # moments and curvatures have another power of length than forces and strains
     matrix = arm[:, :, None] * arm[:, None, :] * (size * wall)[:, None, None]
     multiply(structure, "stiffness_matrix mass_matrix", matrix)
 
 
 def _mass(structure: dict[str, Any]) -> float:
-    """[kg] blade mass over the length of the reference."""
+    """Blade mass [kg] with the length of the reference."""
     mass = structure["mass"] if structure["mass"] is not None else np.asarray(structure["mass_matrix"])[:, 0, 0]
     return float(np.trapezoid(mass, structure["position"]))

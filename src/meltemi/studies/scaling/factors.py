@@ -1,9 +1,9 @@
 """Scaling factors between a scaled turbine and its reference.
 
-Geometric similarity with equal materials and tip speed multiplies lengths and times by s and masses by s^3, and with
-them everything else by the units it has: forces by s^2, moments by s^3, bending stiffness by s^4, frequencies by 1/s.
-Stresses and wind speeds stay. A turbine of another specific power, design tip-speed ratio or rotor speed leaves it by
-three further factors: the rated wind, the chord and the time.
+Geometric similarity with equal materials and tip speed multiplies lengths and times by s and masses by s^3, and other
+quantities according to their units: forces by s^2, moments by s^3, bending stiffness by s^4, frequencies by 1/s.
+Stresses and wind speeds are unchanged. Another specific power, design tip-speed ratio or rotor speed deviates from
+similarity by three further factors: of rated wind speed, chord and time.
 
 References: Burton et al. (2011), Wind Energy Handbook, 2nd ed. (similarity); Manwell, McGowan and Rogers (2009), Wind
 Energy Explained, 2nd ed., chapter 3 (the optimum rotor with wake rotation); docs/guide/scaling.md.
@@ -29,16 +29,16 @@ USUAL_POWER_COEFFICIENT = 0.48
 
 
 @dataclass(frozen=True)
-class Factors:
+class ScalingFactors:
     """Ratios of new to reference values.
 
     Attributes:
-      length: of the rotor, and all that is drawn to its scale.
-      time: of a revolution at rated speed.
-      power: of the rotor at rated power, before losses.
-      gear: of the gear ratio.
-      tip_speed_ratio: [-] that the reference's rotor was drawn for (not a factor).
-      slender: of the design tip-speed ratio.
+      length: factor of the rotor radius, and of all geometrically similar lengths.
+      time: factor of the time of a revolution at rated speed.
+      power: factor of rotor power at rated power, before losses.
+      gear: factor of the gear ratio.
+      tip_speed_ratio: [-] design tip-speed ratio of the reference (not a factor).
+      slender: factor of the design tip-speed ratio.
     """
 
     length: float
@@ -77,12 +77,12 @@ class Factors:
         return np.asarray((1.0 - np.cos(new)) / (1.0 - np.cos(old)))
 
     def twist(self, share: Float) -> Float:
-        """[rad] increment of the twist for an equal angle of attack."""
+        """Increment [rad] of the twist for an equal angle of attack."""
         old, new = self._inflow(share)
         return new - old
 
     def _inflow(self, share: Float) -> tuple[Float, Float]:
-        """[rad] inflow angle of the optimum rotor, 2/3 atan(1 / (lambda r/R)): reference and new."""
+        """Inflow angle [rad] of the optimum rotor, 2/3 atan(1 / (lambda r/R)): reference and new."""
         ratio = self.tip_speed_ratio * np.maximum(share, 1e-6)
         return 2.0 / 3.0 * np.arctan(1.0 / ratio), 2.0 / 3.0 * np.arctan(1.0 / (self.slender * ratio))
 

@@ -1,13 +1,13 @@
-"""The library's turbines that are scaled from the NREL 5 MW: the two of Wang et al. (2021), and how they are made.
+"""Library turbines that are scaled from the NREL 5 MW: the two of Wang et al. (2021), and their parameters.
 
-    python -m meltemi.studies.scaling.library [folder]     makes their files again
+    python -m meltemi.studies.scaling.library [folder]     writes their files again
 
 Diameter, power, rotor speeds, gear ratio, tower height and wind speeds are those of Wang et al. (2021), Table 1. Not
-stated there, and chosen: the tip-speed ratio (9.15 and 9.3 belong to the stated rated winds), efficiencies (generator
-0.97, converter 0.98, two planetary stages 0.975), stages by ``size_gearbox``, a blade stiffness with which the rules
-meet the frequencies of a published blade of this size (NREL 2.8-127), and towers whose first mode lies 15 % above the
-rated rotor speed.
-The paper gives the 3 MW turbine 12.6 rpm, a tip speed of 102 m/s; 9.9 rpm are taken, which is 80 m/s.
+stated there, and assumed: the tip-speed ratio (9.15 and 9.3 follow from the stated rated wind speeds), efficiencies
+(generator 0.97, converter 0.98, two planetary stages 0.975), stages by ``size_gearbox``, a blade stiffness for which
+the rules give the frequencies of a published blade of this size (NREL 2.8-127), and towers with the first mode 15 %
+above the rated rotor speed.
+The paper states 12.6 rpm for the 3 MW turbine, a tip speed of 102 m/s; 9.9 rpm are used, which is 80 m/s.
 
 Reference: Wang, Cai, Xu and Li (2021), Frontiers in Energy Research 9:711927.
 """
@@ -71,7 +71,7 @@ def scaled_turbine(name: str, **changes: Any) -> Turbine:
       changes: arguments of ``scale_turbine``: ``rotor_speed=1.32`` for the 3 MW turbine with the 12.6 rpm of the paper.
 
     Raises:
-      InputError: no such turbine or argument, or a number that cannot be.
+      InputError: the turbine or argument is unknown, or a number is not possible.
     """
     if name not in NUMBERS:
         raise InputError(f"scaled_turbine: no turbine {name!r}: {did_you_mean(name, NUMBERS)}")
@@ -93,12 +93,12 @@ def main(folder: Path = DATA) -> None:
     for name in NUMBERS:
         path = folder / f"{name}.yaml"
         write_turbine(scaled_turbine(name), path)
-        made = "# Made by python -m meltemi.studies.scaling.library; docs/guide/scaling.md says how.\n"
-        path.write_text(made + path.read_text(encoding="utf-8"), encoding="utf-8")
+        header = "# Made by python -m meltemi.studies.scaling.library; docs/guide/scaling.md says how.\n"
+        path.write_text(header + path.read_text(encoding="utf-8"), encoding="utf-8")
 
 
 def _rounded(content: Any) -> Any:
-    """The value with fewer digits: the last ones depend on the compiler."""
+    """The value rounded: the last digits depend on the compiler."""
     if isinstance(content, dict):
         return {key: _rounded(value) for key, value in content.items()}
     if isinstance(content, list | tuple):

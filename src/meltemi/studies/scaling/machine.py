@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.studies.scaling.factors import Factors, multiply
+from meltemi.studies.scaling.factors import ScalingFactors, multiply
 from meltemi.turbine.definition import BladeStructure, Foundation, Hub, Nacelle, Turbine
 from meltemi.turbine.gearbox import size_gearbox
 from meltemi.turbine.moments import blade_moments
@@ -24,10 +24,10 @@ class Inertia:
     """Masses and inertias of a turbine.
 
     Attributes:
-      blade: [kg] one of them.
-      rotor: [kg] blades and hub.
-      shaft: [kg m^2] of the rotor about the shaft.
-      yaw: [kg m^2] of nacelle and rotor about the yaw axis; the rotor as a disc.
+      blade: [kg] mass of one blade.
+      rotor: [kg] mass of blades and hub.
+      shaft: [kg m^2] inertia of the rotor about the shaft.
+      yaw: [kg m^2] inertia of nacelle and rotor about the yaw axis; the rotor as a disk.
     """
 
     blade: float
@@ -43,50 +43,50 @@ def inertia_of(n_blades: int, blade: BladeStructure, hub: Hub, nacelle: Nacelle)
     return Inertia(mass, rotor, shaft, nacelle.yaw_inertia + 0.5 * shaft + rotor * nacelle.overhang**2)
 
 
-def scaled_hub(hub: Hub, factors: Factors, blade_masses: float, mass: float | None) -> dict[str, Any]:
+def scaled_hub(hub: Hub, factors: ScalingFactors, blade_masses: float, mass: float | None) -> dict[str, Any]:
     """Content of ``Turbine.hub``: its mass is proportional to that of the blades (``blade_masses``, a factor)."""
-    found = hub.mass * blade_masses if mass is None else mass
+    scaled = hub.mass * blade_masses if mass is None else mass
     content = hub.content()
     content["radius"] = hub.radius * factors.length
-    content["mass"] = found
-    content["inertia"] = hub.inertia * _over(found, hub.mass, blade_masses) * factors.length**2
+    content["mass"] = scaled
+    content["inertia"] = hub.inertia * _over(scaled, hub.mass, blade_masses) * factors.length**2
     content["mass_centre"] = hub.mass_centre * factors.length
     return content
 
 
-def scaled_nacelle(nacelle: Nacelle, factors: Factors, mass: float | None) -> dict[str, Any]:
+def scaled_nacelle(nacelle: Nacelle, factors: ScalingFactors, mass: float | None) -> dict[str, Any]:
     """Content of ``Turbine.nacelle``.
 
-    Half of its mass, shaft, gearbox, brake, generator and transformer, goes with the rotor's torque; the other half,
-    bedplate, bearings, yaw system and cover, with its bending moment.
+    Half of its mass (shaft, gearbox, brake, generator and transformer) scales with the rotor torque; the other half
+    (bedplate, bearings, yaw system and cover) with its bending moment.
     """
     usual = 0.5 * (factors.torque + factors.moment)
-    found = nacelle.mass * usual if mass is None else mass
+    scaled = nacelle.mass * usual if mass is None else mass
     s = factors.length
     content = nacelle.content()
-    content["mass"] = found
+    content["mass"] = scaled
     content["mass_centre"] = tuple(x * s for x in nacelle.mass_centre)
     multiply(content, "overhang shaft_height", s)
-    multiply(content, "yaw_inertia roll_inertia nod_inertia", _over(found, nacelle.mass, usual) * s**2)
+    multiply(content, "yaw_inertia roll_inertia nod_inertia", _over(scaled, nacelle.mass, usual) * s**2)
     return content
 
 
 def scaled_drivetrain(
-    reference: Turbine, factors: Factors, shaft: tuple[float, float], given: dict[str, Any], torque: float
+    reference: Turbine, factors: ScalingFactors, shaft: tuple[float, float], given: dict[str, Any], torque: float
 ) -> dict[str, Any]:
     """Content of ``Turbine.drivetrain``.
 
-    The twist under rated torque is kept, and the damping ratio of the torsion between rotor and generator. The
-    generator's inertia goes with its torque to the power 5/3: its volume goes with its torque, its inertia with its
-    volume to 5/3. The brake goes with the generator's torque. A gearbox of the same ratio has the same stress under
-    rated torque; one of another ratio is sized anew.
+    The twist under rated torque and the damping ratio of the torsion between rotor and generator are kept. The
+    generator inertia scales with its torque to the power 5/3: its volume scales with its torque, its inertia with its
+    volume to the power 5/3. The brake scales with the generator torque. A gearbox of the same ratio has the same
+    stress under rated torque; one of another ratio is newly sized.
 
     Args:
-      reference: the turbine that is scaled.
-      factors: of the new one.
-      shaft: [kg m^2] inertia of rotor about the shaft, of the reference and of the new one.
-      given: keys that are set from outside.
-      torque: [N m] rated, of the new rotor.
+      reference: reference turbine.
+      factors: scaling factors.
+      shaft: [kg m^2] inertia of the rotor about the shaft, of the reference and of the new turbine.
+      given: keys that the caller sets.
+      torque: [N m] rated torque of the new rotor.
     """
     drive = reference.drivetrain
     fast = factors.torque / factors.gear * given["gearbox_efficiency"] / drive.gearbox_efficiency
@@ -106,8 +106,8 @@ def scaled_drivetrain(
     content["brake_torque"] *= fast
     if drive.gearbox is not None:
         same = content["gear_ratio"] == drive.gear_ratio
-        made = _similar(content["gearbox"], factors.torque) if same else None
-        content["gearbox"] = made or size_gearbox(ratio=content["gear_ratio"], rated_torque=torque).content()
+        gearbox = _similar(content["gearbox"], factors.torque) if same else None
+        content["gearbox"] = gearbox or size_gearbox(ratio=content["gear_ratio"], rated_torque=torque).content()
     return content
 
 
@@ -120,16 +120,16 @@ def _similar(gearbox: dict[str, Any], torque: float) -> dict[str, Any]:
     return gearbox
 
 
-def scaled_yaw(reference: Turbine, factors: Factors, inertias: float, rate: float | None) -> dict[str, Any]:
+def scaled_yaw(reference: Turbine, factors: ScalingFactors, inertias: float, rate: float | None) -> dict[str, Any]:
     """Content of ``Turbine.yaw``: constant ratio of frequency to rotor speed, constant damping ratio.
 
-    Friction and brake go with the rotor's bending moment.
+    Friction and brake scale with the bending moment of the rotor.
 
     Args:
-      reference: the turbine that is scaled.
-      factors: of the new one.
+      reference: reference turbine.
+      factors: scaling factors.
       inertias: factor of the inertia about the yaw axis.
-      rate: [rad/s] of the drive; it stays by default, like its acceleration, as the wind's direction does not turn
+      rate: [rad/s] yaw rate; unchanged by default, like the yaw acceleration, as the wind direction does not change
         faster for small turbines.
     """
     content = reference.yaw.content()
@@ -140,7 +140,7 @@ def scaled_yaw(reference: Turbine, factors: Factors, inertias: float, rate: floa
     return content
 
 
-def scaled_foundation(foundation: Foundation, factors: Factors) -> dict[str, Any]:
+def scaled_foundation(foundation: Foundation, factors: ScalingFactors) -> dict[str, Any]:
     """Content of ``Turbine.foundation``, by geometric similarity."""
     s = factors.length
     arm = np.array([1.0, 1.0, 1.0, s, s, s])
@@ -151,11 +151,11 @@ def scaled_foundation(foundation: Foundation, factors: Factors) -> dict[str, Any
     return content
 
 
-def scaled_actuator(reference: Turbine, factors: Factors) -> dict[str, Any]:
+def scaled_actuator(reference: Turbine, factors: ScalingFactors) -> dict[str, Any]:
     """Content of ``Turbine.pitch_actuator``: time constants proportional to the time of a revolution."""
     content = reference.pitch_actuator.content()
     multiply(content, "rate_limit natural_frequency", 1.0 / factors.time)
-    if (friction := content["friction"]) is not None:  # sticks within the same angle
+    if (friction := content["friction"]) is not None:  # sticking within the same angle
         multiply(friction, "torque", factors.moment)
         multiply(friction, "inertia", factors.moment * factors.time**2)
         multiply(friction, "diameter", factors.length)
@@ -164,7 +164,7 @@ def scaled_actuator(reference: Turbine, factors: Factors) -> dict[str, Any]:
 
 def scaled_control(
     reference: Turbine,
-    factors: Factors,
+    factors: ScalingFactors,
     drive: dict[str, Any],
     rated_power: float,
     inertias: float,
@@ -172,16 +172,16 @@ def scaled_control(
 ) -> dict[str, Any]:
     """Content of ``Turbine.control``: the reference controller, scaled in speed, torque and time.
 
-    The optimal gain is that of the same power coefficient at the new tip-speed ratio, and at most what reaches rated
+    The optimal gain is that of the same power coefficient at the new tip-speed ratio, at most that with rated
     power at rated speed. Pitch gains follow from the same sensitivity of power to pitch, over power.
 
     Args:
-      reference: the turbine that is scaled.
-      factors: of the new one.
-      drive: the new drivetrain.
-      rated_power: [W] electrical.
+      reference: reference turbine.
+      factors: scaling factors.
+      drive: new drivetrain.
+      rated_power: [W] electrical power.
       inertias: factor of the inertia of rotor and generator about the shaft.
-      minimum_speed: [rad/s] of the rotor, where the torque begins.
+      minimum_speed: [rad/s] rotor speed at which the torque begins.
     """
     old = reference.drivetrain
     mechanical = rated_power / reference.rated_power * old.generator_efficiency / drive["generator_efficiency"]
@@ -216,6 +216,6 @@ def _most(reference: Turbine) -> float:
     return max(1.0, law.optimal_gain * law.rated_speed**3 / law.rated_power)
 
 
-def _over(found: float, reference: float, usual: float) -> float:
+def _over(mass: float, reference: float, usual: float) -> float:
     """Factor of a mass; the default factor if the reference has none."""
-    return found / reference if reference > 0.0 else usual
+    return mass / reference if reference > 0.0 else usual

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.studies.scaling.factors import Factors, multiply
+from meltemi.studies.scaling.factors import ScalingFactors, multiply
 from meltemi.turbine.definition import Tower
 from meltemi.turbine.moments import cumulative
 
@@ -17,13 +17,13 @@ Float = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Top:
+class TowerTopBody:
     """Rigid body on top of the tower.
 
     Attributes:
-      mass: [kg] of nacelle, rotor and what is fixed to the tower top.
-      height: [m] of its centre above the tower top.
-      inertia: [kg m^2] about the lateral axis through the centre.
+      mass: [kg] mass of nacelle, rotor and parts fixed to the tower top.
+      height: [m] height of its centre above the tower top.
+      inertia: [kg m^2] inertia about the lateral axis through the centre.
     """
 
     mass: float
@@ -32,35 +32,35 @@ class Top:
 
 
 def scaled_tower(
-    reference: Tower, factors: Factors, length: float, top: Top, frequency: float | None
+    reference: Tower, factors: ScalingFactors, length: float, top: TowerTopBody, frequency: float | None
 ) -> dict[str, Any]:
     """Content of ``Turbine.tower``: a tube with the reference's taper and ratio of diameter to wall thickness.
 
-    Its diameter goes with the cube root of the base moment, thrust times length: the stress in rated wind is kept. A
-    frequency asks for another diameter.
+    Its diameter scales with the cube root of the base moment, thrust times length: the stress at rated wind speed is
+    kept. A given frequency sets the diameter instead.
 
     Args:
-      reference: the tower that is scaled.
-      factors: of the new turbine.
-      length: [m] of the new tower.
-      top: what it carries.
-      frequency: [Hz] of the first fore-aft mode.
+      reference: reference tower.
+      factors: scaling factors.
+      length: [m] length of the new tower.
+      top: body on top of the tower.
+      frequency: [Hz] frequency of the first fore-aft mode.
     """
     stretch = length / reference.length
     diameter = (factors.thrust * stretch) ** (1.0 / 3.0)
-    made = _tube(reference, stretch, diameter, factors.length)
+    tower = _tube(reference, stretch, diameter, factors.length)
     if frequency is not None:
-        made = _tube(reference, stretch, _diameter(reference, stretch, top, frequency), factors.length)
-    made["top_mass"] = reference.top_mass * factors.moment
+        tower = _tube(reference, stretch, _diameter(reference, stretch, top, frequency), factors.length)
+    tower["top_mass"] = reference.top_mass * factors.moment
     if abs(stretch - factors.length) > 1e-9 * stretch or frequency is not None:
-        made["mode_shapes"] = None  # those of another tower
-    return made
+        tower["mode_shapes"] = None  # they belong to the reference tower
+    return tower
 
 
-def first_frequency(tower: Tower, top: Top) -> float:
-    """[Hz] of the first fore-aft mode of the clamped tower by Rayleigh's quotient.
+def first_frequency(tower: Tower, top: TowerTopBody) -> float:
+    """Frequency [Hz] of the first fore-aft mode of the clamped tower by Rayleigh's quotient.
 
-    The shape is that of a horizontal force in the centre of mass of what the tower carries.
+    The shape is the deflection under a horizontal force at the centre of mass of the body on top.
     """
     z = np.linspace(0.0, tower.length, 401)
     stiffness, mass = (np.interp(z, tower.position, getattr(tower, name)) for name in ("fore_aft_stiffness", "mass"))
@@ -71,7 +71,7 @@ def first_frequency(tower: Tower, top: Top) -> float:
     return math.sqrt(at_centre / float(kinetic)) / (2.0 * math.pi)
 
 
-def _diameter(reference: Tower, stretch: float, top: Top, frequency: float) -> float:
+def _diameter(reference: Tower, stretch: float, top: TowerTopBody, frequency: float) -> float:
     """Factor of the diameter for a prescribed tower frequency [Hz], which increases with it."""
     low, high = 0.01, 100.0
     for _ in range(60):

@@ -1,4 +1,4 @@
-"""``scale_turbine`` with the tower frequency of the whole machine."""
+"""``scale_turbine`` with the tower frequency of the assembled turbine."""
 
 from __future__ import annotations
 
@@ -23,32 +23,32 @@ TOLERANCE, MOST_TRIALS = 1e-4, 10
 def _of_the_machine(scaled: Callable[P, Turbine]) -> Callable[P, Turbine]:
     """Decorator: the tower frequency is that of the assembled turbine at rest, not of a rigid body on a clamped tower.
 
-    Blades that bend, gravity and the foundation reduce the frequency by some 4 %, hardly depending on it: a few trials
-    suffice.
+    Flexible blades, gravity and the foundation reduce the frequency by some 4 %, nearly independent of its value: a few
+    iterations suffice.
     """
 
     @explained
     @wraps(scaled)
     def scale_turbine(*args: P.args, **kwargs: P.kwargs) -> Turbine:
-        made, wanted = scaled(*args, **kwargs), kwargs.get("tower_frequency")
+        turbine, wanted = scaled(*args, **kwargs), kwargs.get("tower_frequency")
         if wanted is None:
-            return made
-        assert isinstance(wanted, int | float)  # others are refused before
-        asked = float(wanted)
+            return turbine
+        assert isinstance(wanted, int | float)  # others are rejected before
+        target = float(wanted)
         for _ in range(MOST_TRIALS):
-            found = first_fore_aft(made)
-            if abs(found / wanted - 1.0) < TOLERANCE:
-                return made
-            asked *= wanted / found
-            kwargs["tower_frequency"] = asked
-            made = scaled(*args, **kwargs)
+            frequency = first_fore_aft(turbine)
+            if abs(frequency / wanted - 1.0) < TOLERANCE:
+                return turbine
+            target *= wanted / frequency
+            kwargs["tower_frequency"] = target
+            turbine = scaled(*args, **kwargs)
         raise InputError(f"scale_turbine: no tower gives the turbine a tower_frequency of {wanted:g} Hz")
 
     return scale_turbine
 
 
 def first_fore_aft(turbine: Turbine) -> float:
-    """[Hz] frequency of the mode of a turbine at rest in which the first fore-aft mode of the tower moves most."""
+    """Frequency [Hz] of the mode of a turbine at rest with the largest first fore-aft tower motion."""
     modes = [mode for mode in natural_modes(build(turbine)) if FORE_AFT in mode.coordinates]
     most = max(modes, key=lambda mode: abs(mode.shape[mode.coordinates.index(FORE_AFT)]))
     return most.frequency / (2.0 * np.pi)

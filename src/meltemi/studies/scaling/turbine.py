@@ -1,4 +1,4 @@
-"""``scale_turbine``: scaling of a reference turbine to main parameters."""
+"""``scale_turbine``: scaling of a reference turbine to other main parameters."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError
 from meltemi.core.yamlfile import validated
 from meltemi.studies.scaling.blade import scaled_blade
-from meltemi.studies.scaling.factors import Factors, design_ratio
+from meltemi.studies.scaling.factors import ScalingFactors, design_ratio
 from meltemi.studies.scaling.machine import (
     ABOVE_MINIMUM,
     Inertia,
@@ -23,7 +23,7 @@ from meltemi.studies.scaling.machine import (
     scaled_nacelle,
     scaled_yaw,
 )
-from meltemi.studies.scaling.tower import Top, scaled_tower
+from meltemi.studies.scaling.tower import TowerTopBody, scaled_tower
 from meltemi.turbine.definition import Blade, Hub, Nacelle, Turbine
 from meltemi.turbine.moments import blade_moments
 
@@ -42,30 +42,30 @@ class Scaling:
     """Main parameters of a scaled turbine.
 
     Attributes:
-      reference: the turbine that is scaled; nothing of it changes.
-      rotor_diameter: [m] by default the reference's.
-      rated_power: [W] electrical; by default of the same specific power.
-      hub_height: [m] above ground; by default in proportion to the diameter.
-      tower_height: [m] from base to top, instead of ``hub_height``.
-      rotor_speed: [rad/s] rated; by default of the same tip speed.
-      minimum_rotor_speed: [rad/s] where the torque begins; it follows the optimal law from 1.1 times this speed on. By
-        default both speeds are in proportion to the rated one.
-      tip_speed_ratio: that the blade is shaped for; by default the shape stays.
+      reference: reference turbine, which is not changed.
+      rotor_diameter: [m] rotor diameter; by default that of the reference.
+      rated_power: [W] electrical power; by default with the same specific power.
+      hub_height: [m] height above ground; by default in proportion to the diameter.
+      tower_height: [m] height from base to top, instead of ``hub_height``.
+      rotor_speed: [rad/s] rated rotor speed; by default with the same tip speed.
+      minimum_rotor_speed: [rad/s] rotor speed at which the torque begins; it follows the optimal law from 1.1 times
+        this speed on. By default both speeds are in proportion to the rated speed.
+      tip_speed_ratio: design tip-speed ratio of the blade; by default the shape is unchanged.
       gear_ratio: generator speed over rotor speed.
-      generator_efficiency: electrical power over mechanical, with the converter.
-      gearbox_efficiency: power on the fast side over power on the slow one.
-      generator_inertia: [kg m^2] on the generator's shaft.
-      blade_mass: [kg] of one blade; sets the thickness of its walls, so that its frequencies stay.
-      blade_stiffness: over that of equal strain, as of stiffer material; frequencies go with its root.
-      hub_mass: [kg] with pitch bearings and spinner.
-      nacelle_mass: [kg] without rotor.
-      tower_frequency: [Hz] of the first fore-aft mode of the turbine; sets the diameter. By default the stress in rated
-        wind stays.
-      yaw_rate: [rad/s] of the drive.
-      cut_in: [m/s] wind speed.
-      cut_out: [m/s] wind speed.
-      name: of the new turbine.
-      description: of the new turbine.
+      generator_efficiency: electrical over mechanical power, including the converter.
+      gearbox_efficiency: power at the high-speed shaft over that at the low-speed shaft.
+      generator_inertia: [kg m^2] inertia about the high-speed shaft.
+      blade_mass: [kg] mass of one blade; sets its wall thickness, so that its frequencies are unchanged.
+      blade_stiffness: stiffness over that for equal strain, as of stiffer material; frequencies scale with its root.
+      hub_mass: [kg] mass with pitch bearings and spinner.
+      nacelle_mass: [kg] mass without rotor.
+      tower_frequency: [Hz] frequency of the first fore-aft mode of the turbine; sets the diameter. By default the
+        stress at rated wind speed is unchanged.
+      yaw_rate: [rad/s] yaw rate.
+      cut_in: [m/s] cut-in wind speed.
+      cut_out: [m/s] cut-out wind speed.
+      name: name of the new turbine.
+      description: description of the new turbine.
     """
 
     reference: Turbine
@@ -93,10 +93,10 @@ class Scaling:
     description: str | None = None
 
     def given(self) -> dict[str, Any]:
-        """Numbers that are given.
+        """Given values.
 
         Raises:
-          InputError: one is not above zero, or hub and tower height are both given.
+          InputError: a value is not positive, or both hub and tower height are given.
         """
         names = (each.name for each in fields(self) if each.name not in NO_NUMBERS)
         given = {name: value for name in names if (value := getattr(self, name)) is not None}
@@ -109,54 +109,54 @@ class Scaling:
 
 
 @arguments_of(Scaling)
-def scale_turbine(asked: Scaling) -> Turbine:
+def scale_turbine(scaling: Scaling) -> Turbine:
     """Scale a reference turbine to another size and rating; the arguments are the fields of :class:`Scaling`.
 
-    What is not given follows by the rules of docs/guide/scaling.md: geometric similarity at equal tip speed and
-    specific power, and where a number departs from it, equal lift coefficient, strain, twist of the shaft and damping
-    ratio. Pitch gains and optimal gain are scaled; ``tune_baseline`` makes them from the new rotor's aerodynamics.
+    Values that are not given follow from the rules of docs/guide/scaling.md: geometric similarity at equal tip speed
+    and specific power, and for deviations from it equal lift coefficient, strain, twist of the shaft and damping
+    ratio. Pitch gains and optimal gain are scaled; ``tune_baseline`` computes them from the new rotor's aerodynamics.
 
     Returns:
       The new turbine.
 
     Raises:
-      InputError: a number is not above zero or cannot be in SI units, hub and tower height are both given, or no
+      InputError: a number is not positive or implausible in SI units, both hub and tower height are given, or no
         turbine can have these numbers.
     """
-    reference, given = asked.reference, asked.given()
+    reference, given = scaling.reference, scaling.given()
     new_drive = {key: given.get(key, getattr(reference.drivetrain, key)) for key in ("gear_ratio", *EFFICIENCIES)}
-    size = (asked.rotor_diameter or reference.rotor_diameter) / reference.rotor_diameter
-    power = asked.rated_power or reference.rated_power * size**2
+    size = (scaling.rotor_diameter or reference.rotor_diameter) / reference.rotor_diameter
+    power = scaling.rated_power or reference.rated_power * size**2
     factors = _factors(reference, given, power, new_drive)
     _plausible(given, reference, factors, power)
     content = reference.content()
-    content["blade"] = scaled_blade(reference, factors, asked.blade_mass, asked.blade_stiffness)
+    content["blade"] = scaled_blade(reference, factors, scaling.blade_mass, scaling.blade_stiffness)
     blade = validated(content["blade"], Blade, WHERE)
     before = inertia_of(reference.n_blades, reference.blade.structure, reference.hub, reference.nacelle)
     blade_masses = blade_moments(blade.structure, 0.0)[0] / before.blade
-    hub = Hub.model_validate(scaled_hub(reference.hub, factors, blade_masses, asked.hub_mass))
-    nacelle = Nacelle.model_validate(scaled_nacelle(reference.nacelle, factors, asked.nacelle_mass))
+    hub = Hub.model_validate(scaled_hub(reference.hub, factors, blade_masses, scaling.hub_mass))
+    nacelle = Nacelle.model_validate(scaled_nacelle(reference.nacelle, factors, scaling.nacelle_mass))
     now = inertia_of(reference.n_blades, blade.structure, hub, nacelle)
-    if asked.generator_inertia is not None:
-        new_drive["generator_inertia"] = asked.generator_inertia
+    if scaling.generator_inertia is not None:
+        new_drive["generator_inertia"] = scaling.generator_inertia
     torque = power / math.prod(new_drive[key] for key in EFFICIENCIES) / (reference.rated_rotor_speed / factors.time)
     drive = scaled_drivetrain(reference, factors, (before.shaft, now.shaft), new_drive, torque)
     parts = ((before, reference.drivetrain.content()), (now, drive))
     inertias = [inertia.shaft + part["gear_ratio"] ** 2 * part["generator_inertia"] for inertia, part in parts]
     gain = inertias[1] / inertias[0]
     content |= {
-        "name": asked.name or f"{reference.name}-scaled",
-        "description": asked.description or f"{reference.name}, scaled",
+        "name": scaling.name or f"{reference.name}-scaled",
+        "description": scaling.description or f"{reference.name}, scaled",
         "rated_power": power,
-        "cut_in": asked.cut_in or reference.cut_in,
-        "cut_out": asked.cut_out or reference.cut_out,
+        "cut_in": scaling.cut_in or reference.cut_in,
+        "cut_out": scaling.cut_out or reference.cut_out,
         "hub": hub.content(),
         "nacelle": nacelle.content(),
         "drivetrain": drive,
-        "yaw": scaled_yaw(reference, factors, now.yaw / before.yaw, asked.yaw_rate),
-        "tower": _tower(asked, factors, nacelle, now),
+        "yaw": scaled_yaw(reference, factors, now.yaw / before.yaw, scaling.yaw_rate),
+        "tower": _tower(scaling, factors, nacelle, now),
         "pitch_actuator": scaled_actuator(reference, factors),
-        "control": scaled_control(reference, factors, drive, power, gain, asked.minimum_rotor_speed),
+        "control": scaled_control(reference, factors, drive, power, gain, scaling.minimum_rotor_speed),
     }
     if reference.foundation is not None:
         content["foundation"] = scaled_foundation(reference.foundation, factors)
@@ -164,28 +164,28 @@ def scale_turbine(asked: Scaling) -> Turbine:
     return validated(content, Turbine, WHERE)
 
 
-def _tower(asked: Scaling, factors: Factors, nacelle: Nacelle, now: Inertia) -> dict[str, Any]:
-    """Content of ``Turbine.tower``, from its base to the hub height, under what stands on it."""
-    reference = asked.reference
+def _tower(scaling: Scaling, factors: ScalingFactors, nacelle: Nacelle, now: Inertia) -> dict[str, Any]:
+    """Content of ``Turbine.tower``, from its base to the hub height, with the mass on its top."""
+    reference = scaling.reference
     above = nacelle.shaft_height + nacelle.overhang * math.sin(nacelle.tilt)
     ground = reference.tower.base_height * factors.length
-    hub_above_ground = asked.hub_height or reference.hub_height * factors.length
-    length = asked.tower_height or hub_above_ground - ground - above
+    hub_above_ground = scaling.hub_height or reference.hub_height * factors.length
+    length = scaling.tower_height or hub_above_ground - ground - above
     if length <= 0.0:
         raise InputError(
             f"{WHERE}: a hub height of {hub_above_ground:g} m leaves no length for the tower: its base is at "
             f"{ground:g} m and the hub {above:.3g} m above its top"
         )
     mass = now.rotor + nacelle.mass + reference.tower.top_mass * factors.moment
-    top = Top(mass, (now.rotor * above + nacelle.mass * nacelle.mass_centre[2]) / mass, 0.5 * now.shaft)
-    return scaled_tower(reference.tower, factors, length, top, asked.tower_frequency)
+    top = TowerTopBody(mass, (now.rotor * above + nacelle.mass * nacelle.mass_centre[2]) / mass, 0.5 * now.shaft)
+    return scaled_tower(reference.tower, factors, length, top, scaling.tower_frequency)
 
 
-def _factors(reference: Turbine, given: dict[str, Any], power: float, drive: dict[str, float]) -> Factors:
+def _factors(reference: Turbine, given: dict[str, Any], power: float, drive: dict[str, float]) -> ScalingFactors:
     s = given.get("rotor_diameter", reference.rotor_diameter) / reference.rotor_diameter
     designed = design_ratio(reference)
     losses = math.prod(getattr(reference.drivetrain, key) / drive[key] for key in EFFICIENCIES)
-    return Factors(
+    return ScalingFactors(
         length=s,
         time=reference.rated_rotor_speed / given["rotor_speed"] if "rotor_speed" in given else s,
         power=power / reference.rated_power * losses,
@@ -195,7 +195,7 @@ def _factors(reference: Turbine, given: dict[str, Any], power: float, drive: dic
     )
 
 
-def _plausible(given: dict[str, Any], reference: Turbine, factors: Factors, power: float) -> None:
+def _plausible(given: dict[str, Any], reference: Turbine, factors: ScalingFactors, power: float) -> None:
     """Raise errors for implausible values, such as rotor speeds in rpm and powers in kW."""
     rated, radius = reference.rated_rotor_speed / factors.time, reference.rotor_radius * factors.length
     if not TIP_SPEEDS[0] < rated * radius < TIP_SPEEDS[1]:
@@ -217,7 +217,7 @@ def _plausible(given: dict[str, Any], reference: Turbine, factors: Factors, powe
 
 
 def _sources(content: dict[str, Any], reference: Turbine) -> None:
-    """Replace the sources of the reference by the scaling."""
+    """Replace the sources of the reference by a note on the scaling."""
     words = f"scaled from {reference.name}: docs/guide/scaling.md"
     content["source"] = f"scaled from {reference.name} by scale_turbine; {reference.source}".rstrip("; ")
     for key in ("blade", "hub", "nacelle", "drivetrain", "yaw", "tower", "pitch_actuator", "control", "foundation"):

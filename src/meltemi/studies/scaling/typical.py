@@ -1,6 +1,6 @@
 """Typical masses of blades, hubs, nacelles and towers: NREL's Cost and Scaling Model.
 
-The laws are regressions over turbines of 0.75 to 5 MW, in the form of 2015. The report of 2006 has the first ones.
+The laws are regressions over turbines of 0.75 to 5 MW, in the form of 2015. The report of 2006 has the original ones.
 
 References: Fingersh, Hand and Laxson (2006), NREL/TP-500-40566; the update of 2015 as in WISDEM, nrelcsm/
 nrel_csm_mass_2015.py, with its former law for the gearbox, 113 Q^0.71.
@@ -27,7 +27,8 @@ class ComponentMasses:
 def typical_masses(turbine: Turbine) -> ComponentMasses:
     """Typical masses for a turbine's diameter, power, rotor speed, hub height and blade mass.
 
-    Blades are of glass and for low winds (class II and below); hub and shaft go by the turbine's own blades.
+    Blades are of glass fibre for low wind speeds (class II and below); hub and shaft depend on the blades of the
+    turbine.
     """
     D, blade = turbine.rotor_diameter, blade_moments(turbine.blade.structure, turbine.hub.radius)[0]
     kw = turbine.rated_power / 1e3

@@ -72,21 +72,21 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
     """Run a session until its page closes.
 
     Args:
-      session: which is changed by the page.
-      server: of the page.
+      session: session that the page controls.
+      server: server of the page.
       speed: simulated time over real time at the start.
 
     Raises:
       KeyboardInterrupt: Ctrl-C while a controller in Python was running.
     """
-    told: dict[str, Any] = {}
+    sent: dict[str, Any] = {}
     playing, due = True, monotonic()
     while server.closed_at is None or monotonic() < server.closed_at + GRACE:
         idle = not (server.open and playing) or session.run.simulation.finished
         for message in server.received(0.1 if idle else due - monotonic()):
             match message:
                 case {"opened": True}:
-                    told = {}
+                    sent = {}
                 case {"playing": bool(play), "speed": int(wanted) | float(wanted)} if (
                     SPEEDS.least <= wanted <= SPEEDS.most
                 ):
@@ -94,7 +94,7 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
                 case _:
                     try:
                         session.obey(message)
-                    except Exception as error:  # what a page asks for never ends the command
+                    except Exception as error:  # an invalid request of a page never ends the command
                         server.send({"error": _words(error)})
             due = monotonic()
         if idle:
@@ -107,13 +107,13 @@ def serve(session: Session, server: LiveServer, speed: float = 1.0) -> None:
             except Exception as error:
                 playing = False
                 server.send({"error": _words(error)})
-            # what was late is made up for, up to a quarter of a second
+            # delays are recovered, up to a quarter of a second
             due = max(due + seconds / speed, monotonic() - 0.25)
         if session.run.simulation.interrupted:
             raise KeyboardInterrupt
-        if server.open and (now := session.state()) != told:
+        if server.open and (now := session.state()) != sent:
             server.send({"state": now})
-            told = now
+            sent = now
 
 
 def _words(error: Exception) -> str:

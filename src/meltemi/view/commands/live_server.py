@@ -1,9 +1,9 @@
-"""Server of ``meltemi live``: one page and its socket, on this machine only.
+"""Server of ``meltemi live``: one page and its socket, accessible from this machine only.
 
 It listens on 127.0.0.1 and answers requests whose path has the random token and whose ``Host`` is its own address; the
-socket also needs the page's own origin. So neither another machine, nor another page in the same browser, nor a name
-that resolves to 127.0.0.1 reaches the simulation. A new page takes the place of the one before, whose messages are
-dropped. Connections, messages that wait and their nesting are bounded.
+socket also requires the origin of the page. So neither another machine, nor another page in the same browser, nor a
+name that resolves to 127.0.0.1 reaches the simulation. A new page replaces the previous one, whose messages are
+dropped. The numbers of connections and pending messages, and the nesting of messages, are bounded.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 
 
 class LiveServer:
-    """Serves one page; use it as a context.
+    """Server of one page; a context manager.
 
     Args:
       page: returns the HTML of the page; called in another thread.
-      port: 0 takes a free one.
+      port: 0 for a free port.
 
     Attributes:
       url: address of the page, with the token.
@@ -83,7 +83,7 @@ class LiveServer:
             ping_interval=PATIENCE / 2.0,
             ping_timeout=PATIENCE,
             server_header=None,
-            logger=logging.Logger("meltemi live", logging.CRITICAL),  # no tracebacks of lines that others broke
+            logger=logging.Logger("meltemi live", logging.CRITICAL),  # no tracebacks of connections that others broke
         )
         self._server.handler = _at_most(MOST_CONNECTIONS, self._server.handler)
         self._thread = Thread(target=self._server.serve_forever, daemon=True)
@@ -113,9 +113,9 @@ class LiveServer:
                 page.send(message if isinstance(message, bytes) else json.dumps(message, allow_nan=False))
 
     def received(self, wait: float) -> Iterator[Any]:
-        """Messages of the open page; waits up to some seconds for the first one. ``None`` stands for what is not JSON.
+        """Messages of the open page; waits up to ``wait`` seconds for the first one. ``None`` replaces invalid JSON.
 
-        Those that follow an equal one are left out: a second reset changes nothing.
+        Repeated equal messages are left out: a second reset changes nothing.
         """
         before = ""
         with suppress(Empty):
@@ -126,13 +126,13 @@ class LiveServer:
                     continue
                 before = text
                 try:
-                    found = json.loads(text)
+                    message = json.loads(text)
                 except (ValueError, RecursionError):
-                    found = None
-                yield found
+                    message = None
+                yield message
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """The page, or a refusal; None lets the socket open, after the check of its origin."""
+        """Response with the page, or a rejection; None lets the socket open after a check of its origin."""
         given = request.path.encode()
         if request.headers.get_all("Host") != [self.host]:
             return connection.respond(HTTPStatus.FORBIDDEN, "unknown host\n")
@@ -140,7 +140,7 @@ class LiveServer:
             return None
         if not secrets.compare_digest(given, self._path.encode()):
             return connection.respond(HTTPStatus.FORBIDDEN, "wrong address: open the one that meltemi live printed\n")
-        if self.closed_at is not None:  # it is opened again: its socket follows
+        if self.closed_at is not None:  # the page was opened again: its socket follows
             self.closed_at = monotonic()
         response = connection.respond(HTTPStatus.OK, self._page())
         del response.headers["Content-Type"]
@@ -159,12 +159,12 @@ class LiveServer:
 
         before, self._open, self.closed_at = self._open, connection, None
         with suppress(Empty):
-            while True:  # what the page before has sent makes room
+            while True:  # pending messages of the previous page are dropped
                 self._inbox.get_nowait()
         self._inbox.put((connection, '{"opened": true}'))
         if before is not None:
             before.close(4000, "opened in another window")
-        with suppress(ConnectionClosed):  # a killed browser sends no closing frame
+        with suppress(ConnectionClosed):  # a terminated browser sends no closing frame
             for message in connection:
                 with suppress(Full):
                     self._inbox.put_nowait((connection, message if isinstance(message, str) else ""))
@@ -173,14 +173,14 @@ class LiveServer:
 
 
 def _at_most(n: int, handler: Callable[[socket.socket, Any], None]) -> Callable[[socket.socket, Any], None]:
-    """A handler of connections that ends those beyond ``n`` at a time."""
+    """Connection handler that closes connections beyond ``n`` at a time."""
     free = BoundedSemaphore(n)
 
     def handled(connection: socket.socket, address: Any) -> None:
         granted = free.acquire(blocking=False)
         if not granted:
             with suppress(OSError):
-                connection.shutdown(socket.SHUT_RDWR)  # the handler finds its end at once
+                connection.shutdown(socket.SHUT_RDWR)  # the handler ends at once
         try:
             handler(connection, address)
         finally:

@@ -31,9 +31,9 @@ def view(
         files = turbines  # of a farm
     from meltemi.view.view import result_view, wind_view
 
-    look, found = meltemi.plots.Look(theme=theme or ""), [_read(path) for path in files]
-    results = {name: r for name, r in zip(_names(files), found, strict=True) if isinstance(r, meltemi.Result)}
-    if len(results) == len(found):
+    look, inputs = meltemi.plots.Look(theme=theme or ""), [_read(path) for path in files]
+    results = {name: r for name, r in zip(_names(files), inputs, strict=True) if isinstance(r, meltemi.Result)}
+    if len(results) == len(inputs):
         wrote(result_view(results, channels, look).write(out))
         if len(files) == 2:
             suggest("diff", *(path / "result.nc" if path.is_dir() else path for path in files))
@@ -42,9 +42,9 @@ def view(
         else:
             suggest("view", files[0], "--channels", "RootMyc1,TwrBsMyt", "--out", out)
         return
-    winds = [r for r in found if not isinstance(r, meltemi.Result)]
-    if len(found) > 1:
-        raise InputError(f"{files[found.index(winds[0])]}: a wind is viewed alone; leave the other file out")
+    winds = [r for r in inputs if not isinstance(r, meltemi.Result)]
+    if len(inputs) > 1:
+        raise InputError(f"{files[inputs.index(winds[0])]}: a wind is viewed alone; leave the other file out")
     if channels:
         raise InputError("--channels: only available for results; leave it out")
     wrote(wind_view(winds[0], look).write(out))
@@ -57,7 +57,7 @@ def _number(path: Path) -> int:
 
 
 def _names(files: list[Path]) -> list[str]:
-    """Names of the results: of the files; where these are equal, of their folders, or both."""
+    """Names of the results: those of the files or, where these are equal, of their folders, or both."""
     names = [path.stem for path in files]
     if len(set(names)) < len(names):
         names = [(path if path.is_dir() else path.absolute().parent).name for path in files]
@@ -67,10 +67,10 @@ def _names(files: list[Path]) -> list[str]:
 
 
 def _read(path: Path) -> Result | Wind:
-    """A result, or the wind of a file that is none.
+    """Read a result or a wind file.
 
     Raises:
-      InputError: it is neither.
+      InputError: the file is neither.
     """
     from meltemi.wind_files.formats import FORMATS
 

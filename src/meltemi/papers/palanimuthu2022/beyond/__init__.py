@@ -1,15 +1,15 @@
 """Results beyond the paper.
 
 A part is a module of this package with two functions: ``study(quick, *, turbine, workers, progress)`` runs it and
-returns what it found; ``chapter(found, draw, *, applied)`` puts it into words, figures and tables. Names of files begin
-with that of the module.
+returns the results; ``chapter(results, draw, *, applied)`` presents them in text, figures and tables. Names of files
+begin with that of the module.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from meltemi.papers.study import answered
+from meltemi.papers.study import answer_chapter
 from meltemi.reports.blocks import Block, Section, Table
 
 PARTS = ("machines", "power", "coordination", "climate", "farm")
@@ -26,4 +26,4 @@ def part_chapter(
 ) -> Section:
     """Chapter of a part; applied to another turbine it is without the verdict, which is on the review's."""
     heading = words[0].upper() + words[1:] if applied else f"Beyond the paper: {words}"
-    return answered(heading, None if applied else verdict, drawings, tables)
+    return answer_chapter(heading, None if applied else verdict, drawings, tables)

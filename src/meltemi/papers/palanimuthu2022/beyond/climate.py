@@ -1,6 +1,7 @@
-"""Annual energy and lifetime loads of an aeroelastic turbine at three sites, beside the review's figures.
+"""Annual energy and lifetime loads of an aeroelastic turbine at three sites, compared with the review.
 
-The study is that of ``meltemi climate`` (:mod:`meltemi.studies.climate`); here are its sites, scenarios and words.
+The study is that of ``meltemi climate`` (:mod:`meltemi.studies.climate`); this module has the sites, scenarios and
+texts.
 """
 
 from __future__ import annotations
@@ -19,11 +20,18 @@ from meltemi.papers.study import Draw, Progress
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate import response
-from meltemi.studies.climate.climates import load_climate
-from meltemi.studies.climate.response import ICED, SIDE, Response, Setup, respond
-from meltemi.studies.climate.tables import energy_table, load_table, of_standard, said, share, words, years_figure
+from meltemi.studies.climate.response import ICED, SIDE, Response, ResponseSetup, respond
+from meltemi.studies.climate.tables import (
+    energy_table,
+    estimate_text,
+    load_table,
+    of_standard,
+    share,
+    words,
+    years_figure,
+)
 from meltemi.studies.climate.weather import periods
-from meltemi.studies.climate.year import AIR, Curves, Year, Years, whole_energy
+from meltemi.studies.climate.year import AIR, Curves, SiteYear, SiteYears, whole_energy
 from meltemi.studies.power_schemes.costs import few_modes
 from meltemi.studies.rain_drops import rain_loads
 from meltemi.turbine.definition import Turbine
@@ -42,12 +50,12 @@ SCENARIOS: dict[str, dict[str, float]] = {
 
 
 @dataclass(frozen=True)
-class Found(Years):
+class SiteResults(SiteYears):
     """Annual results at three sites.
 
     Attributes:
-      common: (seeds,) [J] by site, with its air in the wind of the first one.
-      scenarios: (seeds,) [J] by site, all effects in, by scenario.
+      common: (seeds,) [J] annual energy by site, with its air in the wind of the first site.
+      scenarios: (seeds,) [J] annual energy by site with all effects, by scenario.
     """
 
     common: Mapping[str, Float]
@@ -60,19 +68,19 @@ def study(
     turbine: Turbine | None = None,
     workers: int | None = None,
     progress: Progress = lambda share, what: None,
-) -> Found:
+) -> SiteResults:
     """Annual results of the review's aeroelastic turbine, or another one, in three climates."""
     turbine = turbine or load_turbine(TURBINE)
-    setup = response.QUICK if quick else Setup(options=few_modes(turbine))
+    setup = response.QUICK if quick else ResponseSetup(options=few_modes(turbine))
     return years(respond(turbine, setup, workers=workers, progress=lambda share, what: progress(0.98 * share, what)))
 
 
-def years(response: Response) -> Found:
+def years(response: Response) -> SiteResults:
     """Annual results in three climates from a response."""
     sites, curves = [load_climate(name) for name in CLIMATES], Curves(response)
-    base = Years.of(response, sites)
+    base = SiteYears.of(response, sites)
     hours = curves.hours(periods(sites[0]))
-    return Found(
+    return SiteResults(
         response,
         base.years,
         common={name: curves.energy(year.density, hours) for name, year in base.years.items()},
@@ -83,34 +91,34 @@ def years(response: Response) -> Found:
     )
 
 
-def scenario_change(found: Found, site: str, name: str) -> MeanEstimate:
+def scenario_change(sites: SiteResults, site: str, name: str) -> MeanEstimate:
     """Change [%] of a site's annual energy in a scenario."""
-    own = found.years[site].energy
-    return share(found.scenarios[site][name] - own, own)
+    energy = sites.years[site].energy
+    return share(sites.scenarios[site][name] - energy, energy)
 
 
-def scenario_table(found: Found) -> Table:
+def scenario_table(sites: SiteResults) -> Table:
     """Table of scenarios."""
-    head = ["scenario", *(f"{words(name)}\n%" for name in found.years)]
-    rows = [[name, *(said(scenario_change(found, site, name)) for site in found.years)] for name in SCENARIOS]
+    head = ["scenario", *(f"{words(name)}\n%" for name in sites.years)]
+    rows = [[name, *(estimate_text(scenario_change(sites, site, name)) for site in sites.years)] for name in SCENARIOS]
     return Table(head, rows, "Scenarios", note="Change of the year's energy with all effects in.")
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
-    """Chapter of a year in three climates; on the review's turbine with the review's numbers."""
+def chapter(sites: SiteResults, draw: Draw, *, applied: bool = False) -> Section:
+    """Chapter on a year in three climates; for the review's turbine with the numbers of the review."""
     caption = "A year in three climates: the turbine, the air, and what weather adds; bars with 95 % intervals"
-    figure = draw("climate", caption, lambda: years_figure(found))
+    figure = draw("climate", caption, lambda: years_figure(sites))
 
     def tables() -> list[Table]:
-        beside = [] if applied else [review_table(found)]
-        return [energy_table(found), *beside, load_table(found), scenario_table(found)]
+        beside = [] if applied else [review_table(sites)]
+        return [energy_table(sites), *beside, load_table(sites), scenario_table(sites)]
 
-    return part_chapter("a year in three climates", lambda: verdict(found), [figure], tables, applied=applied)
+    return part_chapter("a year in three climates", lambda: verdict(sites), [figure], tables, applied=applied)
 
 
-def iced_loss(found: Found) -> tuple[float, float]:
+def iced_loss(sites: SiteResults) -> tuple[float, float]:
     """Largest and smallest power loss below rated by ice on all blades, means over seeds [%]."""
-    response = found.response
+    response = sites.response
     setup = response.setup
     at = int(np.argmin(np.abs(np.array(setup.densities) - setup.icing_density)))
     below = response.below[at].mean(axis=1) > 0.9
@@ -118,9 +126,9 @@ def iced_loss(found: Found) -> tuple[float, float]:
     return float(lost.max()), float(lost.min())
 
 
-def rain_loss(found: Found) -> tuple[float, float, float]:
-    """[%] power loss below rated in a rainstorm: drops on blades; formula, integrated; formula, one drop size."""
-    r = found.response
+def rain_loss(sites: SiteResults) -> tuple[float, float, float]:
+    """Power loss [%] below rated in a rainstorm: drops on blades; formula, integrated; formula, one drop size."""
+    r = sites.response
     point = min(r.points, key=lambda p: abs(p.wind.speed - 9.0))
     power = point["generator_power"]
     by_drops = rain_loads(r.turbine, Rain(kind="rainstorm"), point.wind.speed, point.rotor_speed, point.pitch).power
@@ -132,39 +140,39 @@ def rain_loss(found: Found) -> tuple[float, float, float]:
     return one, two, three
 
 
-def spread(found: Found) -> tuple[MeanEstimate, MeanEstimate]:
+def spread(sites: SiteResults) -> tuple[MeanEstimate, MeanEstimate]:
     """Annual energy with the air of the second and third site relative to the first, in the first site's wind [%]."""
-    base, *others = found.common.values()
+    base, *others = sites.common.values()
     one, two = (share(each - base, base) for each in others)
     return one, two
 
 
-def worst_density(found: Found) -> tuple[float, str]:
+def worst_density(sites: SiteResults) -> tuple[float, str]:
     """Largest error [%] of the power below rated with 1.225 kg/m³, in a month, and where."""
-    worst = {name: 100.0 * (STANDARD / y.density - 1.0) for name, y in found.years.items()}
+    worst = {name: 100.0 * (STANDARD / y.density - 1.0) for name, y in sites.years.items()}
     name = max(worst, key=lambda n: float(np.abs(worst[n]).max()))
     return float(worst[name][np.argmax(np.abs(worst[name]))]), words(name)
 
 
-def in_its_air(year: Year) -> Float:
-    """(seeds,) [J] with the months' densities, dry blades, no ice."""
+def in_its_air(year: SiteYear) -> Float:
+    """(seeds,) [J] annual energy with monthly densities, dry blades, no ice."""
     return np.asarray(year.reference + sum(year.steps[what] for what in AIR))
 
 
-def review_table(found: Found) -> Table:
-    """Table of the figures of the review and ours."""
-    years, names = list(found.years.values()), [words(name) for name in found.years]
+def review_table(sites: SiteResults) -> Table:
+    """Table of the numbers of the review and ours."""
+    years, names = list(sites.years.values()), [words(name) for name in sites.years]
 
     def row(what: str, digits: int) -> str:
-        return ", ".join(said(of_standard(year, what), digits) for year in years)
+        return ", ".join(estimate_text(of_standard(year, what), digits) for year in years)
 
     def scenario(name: str) -> str:
-        return ", ".join(said(scenario_change(found, site, name)) for site in found.years)
+        return ", ".join(estimate_text(scenario_change(sites, site, name)) for site in sites.years)
 
-    most, least = iced_loss(found)
-    drops, integrated, single = rain_loss(found)
-    worst, where = worst_density(found)
-    constant = ", ".join(said(share(y.reference - in_its_air(y), in_its_air(y))) for y in years)
+    most, least = iced_loss(sites)
+    drops, integrated, single = rain_loss(sites)
+    worst, where = worst_density(sites)
+    constant = ", ".join(estimate_text(share(y.reference - in_its_air(y), in_its_air(y))) for y in years)
     ours = {
         ("production by climate change", "±8 to 10 %"): (
             f"3 K warmer: {scenario('3 K warmer')} %; wind 5 % slower: {scenario('wind 5 % slower')} %"
@@ -185,29 +193,32 @@ def review_table(found: Found) -> Table:
     return Table(["of", "quoted", "ours"], rows, "What the review quotes, and ours", text_columns=3, note=note)
 
 
-def verdict(found: Found) -> str:
+def verdict(sites: SiteResults) -> str:
     """Conclusion, from the results."""
-    names = [words(name) for name in found.years]
-    years = list(found.years.values())
-    one, two = spread(found)
+    names = [words(name) for name in sites.years]
+    years = list(sites.years.values())
+    one, two = spread(sites)
     air = [float(np.mean(year.density)) for year in years]
     icy = max(years, key=lambda year: float(year.climate.icing_hours.sum()))
     sway = icy.loads[SIDE]
     ice, side = of_standard(icy, "ice"), share(sway["ice"] - sway["rain"], sway["rain"])
     rain = min((of_standard(year, "rain") for year in years), key=lambda e: e.mean)
-    all_ = ", ".join(f"{said(of_standard(year, 'all'))} % ({name})" for name, year in zip(names, years, strict=True))
+    all_ = ", ".join(
+        f"{estimate_text(of_standard(year, 'all'))} % ({name})" for name, year in zip(names, years, strict=True)
+    )
     warmer, slower = (
-        ", ".join(said(scenario_change(found, name, scenario)) for name in found.years)
+        ", ".join(estimate_text(scenario_change(sites, name, scenario)) for name in sites.years)
         for scenario in ("3 K warmer", "wind 5 % slower")
     )
     lines = (
         f"Against air of 1.225 kg/m³ weather changes the year's energy by {all_}.",
-        f"In one and the same wind the air of {names[1]} makes {said(one)} %, that of {names[2]} {said(two)} %",
+        f"In one and the same wind the air of {names[1]} makes {estimate_text(one)} %, that of {names[2]}",
+        f"{estimate_text(two)} %",
         f"of the energy of {names[0]}, for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
         f"{100.0 * (air[2] / air[0] - 1.0):+.1f} %: above rated wind the pitch makes up for thin air.",
-        f"Ice makes {said(ice)} % at {words(icy.climate.name)}, where it lies on the blades",
+        f"Ice makes {estimate_text(ice)} % at {words(icy.climate.name)}, where it lies on the blades",
         f"for {icy.climate.icing_hours.sum():.0f} h a year; with what one blade sheds before the others,",
-        f"the side-to-side load of the tower changes by {said(side, 0)} %.",
+        f"the side-to-side load of the tower changes by {estimate_text(side, 0)} %.",
         f"Rain takes {-rain.mean:.3f} % at most. Of the change of 8 to 10 % that the review quotes for a changing",
         f"climate, air that is 3 K warmer makes {warmer} %, wind that is 5 % slower {slower} %.",
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.palanimuthu2022.beyond.power import TURBINE, slow_base
-from meltemi.papers.study import Draw, Progress, answered
+from meltemi.papers.study import Draw, Progress, answer_chapter
 from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import change_text, scheme_rows
@@ -17,7 +17,7 @@ from meltemi.studies.power_schemes.coordination import (
     TOWER_LOAD,
     TURNED,
     UNITS,
-    Bench,
+    ProposalComparison,
     Tables,
     coordination_figure,
 )
@@ -31,7 +31,7 @@ def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, p
     return coordination.study(turbine or _turbine(), quick, workers=workers, progress=progress)
 
 
-def bench(quick: bool, *, workers: int | None, progress: Progress) -> Bench:
+def bench(quick: bool, *, workers: int | None, progress: Progress) -> ProposalComparison:
     """The comparison on the default page."""
     return coordination.bench(_turbine(), quick, workers=workers, progress=progress)
 
@@ -40,20 +40,20 @@ def _turbine() -> Turbine:
     return aeroelastic(load_turbine(TURBINE), "loads in turbulence")
 
 
-def bench_chapter(found: Bench, draw: Draw) -> Section:
+def bench_chapter(comparison: ProposalComparison, draw: Draw) -> Section:
     """Chapter of the comparison on the default page."""
     heading = "The paper's proposal and ours on an aeroelastic turbine"
     words = "Changes against A0 on an aeroelastic 22 MW turbine in hours of turbulent wind that turns; 95 % intervals"
-    figure = draw("bench", words, lambda: coordination_figure({LEVEL: found.conventional}))
+    figure = draw("bench", words, lambda: coordination_figure({LEVEL: comparison.conventional}))
 
-    def made() -> list[Table]:
-        asked = f"{100.0 * LEVEL:.0f} % of rated power asked for; changes in percent with 95 % intervals"
+    def bench_tables() -> list[Table]:
+        conditions = f"{100.0 * LEVEL:.0f} % of rated power asked for; changes in percent with 95 % intervals"
         return [
-            _table(found.conventional, f"Against the conventional scheme, {asked}"),
-            _table(found.proposal, f"Best of ours against the paper's proposal, {asked}"),
+            _table(comparison.conventional, f"Against the conventional scheme, {conditions}"),
+            _table(comparison.proposal, f"Best of ours against the paper's proposal, {conditions}"),
         ]
 
-    return answered(heading, lambda: BENCH_WORDS.format(n=found.conventional.seeds), [figure], made)
+    return answer_chapter(heading, lambda: BENCH_WORDS.format(n=comparison.conventional.seeds), [figure], bench_tables)
 
 
 BENCH_WORDS = (
@@ -65,18 +65,18 @@ BENCH_WORDS = (
 )
 
 
-def chapter(found: Tables, draw: Draw, *, applied: bool = False) -> Section:
+def chapter(ensembles: Tables, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the coordination schemes."""
     words = "Coordination on an aeroelastic turbine in hours of turbulent wind that turns; bars: 95 % intervals"
-    figure = draw("coordination_changes", words, lambda: coordination_figure(found))
+    figure = draw("coordination_changes", words, lambda: coordination_figure(ensembles))
     heading = "which coordination wins"
-    return part_chapter(heading, lambda: verdict(found), [figure], lambda: tables(found), applied=applied)
+    return part_chapter(heading, lambda: verdict(ensembles), [figure], lambda: tables(ensembles), applied=applied)
 
 
-def tables(found: Tables) -> list[Table]:
+def tables(ensembles: Tables) -> list[Table]:
     """One table for each level."""
     words = "{:.0f} % of rated power asked for; changes in percent with 95 % intervals"
-    return [_table(ensemble, words.format(100.0 * level)) for level, ensemble in found.items()]
+    return [_table(ensemble, words.format(100.0 * level)) for level, ensemble in ensembles.items()]
 
 
 def _table(ensemble: EnsembleTable, caption: str) -> Table:
@@ -92,17 +92,18 @@ def _pitch_of_each_blade(table: EnsembleTable) -> str:
         return ""
     first = table.schemes[0]
     changes = [table.entry(PITCH, name).change for name in (single, shared)]
-    own, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
+    individual, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
     return (
-        f" Individual pitch travels {own:.1f} times as far as the pitch of *{first}*, and {own / other:.1f} times as "
+        f" Individual pitch travels {individual:.1f} times as far as the pitch of *{first}*, and "
+        f"{individual / other:.1f} times as "
         f"far as that of *{shared}*."
     )
 
 
-def verdict(found: Tables) -> str:
+def verdict(ensembles: Tables) -> str:
     """Conclusion, from the results."""
     lines = []
-    for level, table in found.items():
+    for level, table in ensembles.items():
         words = []
         for name in table.schemes[1:]:
             changes = [

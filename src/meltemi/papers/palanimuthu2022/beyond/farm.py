@@ -1,9 +1,10 @@
-"""Derating and misalignment under load constraints, and a farm that follows power with margins, on our turbines.
+"""Derating and misalignment under load constraints, and farm power tracking with power margins.
 
-After Croce et al. (2024), Wind Energ. Sci. 9, 1211-1227: a derating can compensate what misalignment adds to the loads,
-so that steering a wake stays within the loads of the aligned turbine; and Tamaro et al. (2025), Wind Energ. Sci. 10,
-2705: set-points that maximise the power that the turbines have to spare follow a reference better in lulls. Their
-methods in short, none of their numbers: two turbines in a row, loads from aeroelastic simulation, a steady wake.
+After Croce et al. (2024), Wind Energ. Sci. 9, 1211-1227: derating can compensate the additional loads of a
+misalignment, so that wake steering stays within the loads of the aligned turbine; and Tamaro et al. (2025), Wind
+Energ. Sci. 10, 2705: set-points that maximise the power reserves of the turbines follow a reference better in lulls.
+The methods in simplified form and none of the numbers: two turbines in a row, loads from aeroelastic simulation, a
+steady wake.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
-from meltemi.studies.power_schemes.compared import Setup
+from meltemi.studies.power_schemes.compared import SchemeSetup
 from meltemi.studies.power_schemes.costs import ROOT, STEP, TOWER, few_modes
 from meltemi.studies.power_schemes.gaussian_wake import waked_speed
 from meltemi.tuning.run_store import FailedResultError, cells, survivors
@@ -55,77 +56,77 @@ INTENSITY = 0.06
 """Of the turbulence: weak, as steering is made for."""
 DEMAND = 0.9
 """Of what the aligned farm has in the mean wind."""
-FULL = Setup(speed=9.0, levels=SHARES, length=300.0, begin=100.0, points=15)
+FULL = SchemeSetup(speed=9.0, levels=SHARES, length=300.0, begin=100.0, points=15)
 QUICK = replace(FULL, seeds=(1, 2), length=60.0, begin=40.0, points=11)
 TOP = "yaw_moment_z"
 LOADS = {TOWER: "tower base fore-aft DEL", ROOT: "blade root DEL", TOP: "yaw bearing torsion DEL"}
 CHANNELS = ("generator_power", "rotor_aero_thrust", *LOADS)
 
 
-class Point(NamedTuple):
-    """Direction of the wind [rad], clockwise seen from above, of the aligned 0; share of power that is asked for."""
+class FarmSetPoint(NamedTuple):
+    """Wind direction [rad], clockwise from above, 0 when aligned; demanded share of power."""
 
     angle: float
     share: float
 
 
-ALIGNED = Point(0.0, 1.0)
+ALIGNED = FarmSetPoint(0.0, 1.0)
 Numbers = Mapping[str, Float]
 """(seeds,) powers [W], thrusts [N] and equivalent loads [N m] of a point."""
 SPLITS = ("equal shares", "largest margin, aligned", "largest margin, steered")
 
 
 @dataclass(frozen=True)
-class Farm:
+class TwoTurbineResults:
     """Results of a turbine, and of two of them in a row.
 
     Attributes:
-      turbine: which.
-      points: of the upstream turbine.
-      margins: by split the misalignment [rad], the powers asked of both [W], and the smallest margin [W].
-      errors: (seeds,) by split, root mean square of what the farm lacks, share of what is asked of it.
+      turbine: name of the turbine.
+      points: set-points of the upstream turbine.
+      margins: by split the misalignment [rad], the power demands of both [W], and the smallest margin [W].
+      errors: (seeds,) by split, root mean square of the power deficit of the farm over its demand.
     """
 
     turbine: Turbine
-    points: Mapping[Point, Numbers]
+    points: Mapping[FarmSetPoint, Numbers]
     margins: Mapping[str, tuple[float, tuple[float, float], float]]
     errors: Mapping[str, Float]
 
-    def change(self, point: Point, name: str) -> MeanEstimate:
+    def change(self, point: FarmSetPoint, name: str) -> MeanEstimate:
         """Change against the aligned turbine without derating."""
         return mean_interval(self.points[point][name] / self.points[ALIGNED][name] - 1.0)
 
-    def within(self, point: Point) -> bool:
-        """Whether no load is above that of the aligned turbine, in the mean."""
+    def within(self, point: FarmSetPoint) -> bool:
+        """Whether no mean load exceeds that of the aligned turbine."""
         return all(self.change(point, name).mean <= 0.0 for name in LOADS)
 
-    def speed(self, point: Point) -> float:
-        """Wind of the downstream turbine, share of that upstream."""
+    def speed(self, point: FarmSetPoint) -> float:
+        """Wind speed at the downstream turbine over that upstream."""
         force = 0.5 * STANDARD * math.pi * self.turbine.rotor_radius**2 * FULL.speed**2
         thrust = float(self.points[point]["rotor_aero_thrust"].mean()) / force
         return waked_speed(min(thrust, 0.96), point.angle, INTENSITY, SPACING)
 
     def speed_at(self, angle: float, power: float) -> float:
-        """The same at a misalignment [rad] and mean power [W] upstream, between the simulated shares."""
+        """Wind speed ratio at a misalignment [rad] and mean power [W] upstream, by interpolation."""
         row = sorted(
             (float(self.points[p]["generator_power"].mean()), self.speed(p)) for p in self.points if p.angle == angle
         )
         return float(np.interp(power, *np.array(row).T))
 
-    def both(self, point: Point) -> Float:
-        """(seeds,) [W] of two turbines, the second aligned; below rated its power follows the cube of its wind."""
+    def both(self, point: FarmSetPoint) -> Float:
+        """(seeds,) [W] power of two turbines, the second aligned; below rated its power goes with the cubed wind."""
         up, down = self.points[point]["generator_power"], self.points[ALIGNED]["generator_power"]
         return np.asarray(up + down * self.speed(point) ** 3)
 
-    def gain(self, point: Point) -> MeanEstimate:
-        """Change of the power of both against both aligned."""
+    def gain(self, point: FarmSetPoint) -> MeanEstimate:
+        """Change of the power of both turbines relative to both aligned."""
         return mean_interval(self.both(point) / self.both(ALIGNED) - 1.0)
 
 
-Found = Mapping[str, Farm]
+Results = Mapping[str, TwoTurbineResults]
 
 
-def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Found:
+def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Results:
     """Both studies on two turbines, or on another one."""
     every = [turbine] if turbine else [aeroelastic(load_turbine(name), "loads in turbulence") for name in MACHINES]
     n = len(every)
@@ -134,13 +135,17 @@ def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, p
     }
 
 
-def _cases(model: BladedModel, setup: Setup, wanted: Sequence[tuple[str, float, float, float, int]]) -> Iterator[Run]:
+def _cases(
+    model: BladedModel, setup: SchemeSetup, wanted: Sequence[tuple[str, float, float, float, int]]
+) -> Iterator[Run]:
     """Runs by name, misalignment [rad], power reference [W], mean wind [m/s] and seed."""
     turbine = model.turbine
     assert isinstance(turbine, Turbine)
     performance = performance_of(turbine)
     tables = rotor_tables(performance, turbine.control.pitch.minimum)
-    slow = SLOW * default_frequency(turbine, tables, shaft_inertia(turbine))  # see the chapter on three turbines
+    slow = SLOW * default_frequency(
+        turbine, tables, shaft_inertia(turbine)
+    )  # see the chapter on three turbines (beyond/machines.py)
     law = PowerController(turbine, performance, PowerControl(scheme="optimal_speed", frequency=slow))
     starts = {v: operating_point(model, v) for v in {each[3] for each in wanted}}
     for name, angle, power, v, seed in wanted:
@@ -151,7 +156,7 @@ def _cases(model: BladedModel, setup: Setup, wanted: Sequence[tuple[str, float, 
         yield Run(model, wind, duration=setup.begin + setup.length, controller=law, grid=grid, name=name, **given)
 
 
-def _farm(turbine: Turbine, setup: Setup, workers: int | None, progress: Progress) -> Farm:
+def _farm(turbine: Turbine, setup: SchemeSetup, workers: int | None, progress: Progress) -> TwoTurbineResults:
     model, performance = build(turbine, few_modes(turbine)), performance_of(turbine)
     flow = 0.5 * STANDARD * math.pi * turbine.rotor_radius**2 * setup.speed**3
     available = float(performance.power.max()) * flow * turbine.drivetrain.generator_efficiency
@@ -168,46 +173,50 @@ def _farm(turbine: Turbine, setup: Setup, workers: int | None, progress: Progres
         power = share * available * math.cos(angle) ** 3 if share < 1.0 else turbine.rated_power
         name = f"farm, {turbine.name}, {math.degrees(angle):g} deg, {share:g}, seed {seed}"
         wanted.append((name, angle, power, setup.speed, seed))
-    told = span(progress, 0.0, 0.6)
-    found = iter(
-        cells(_cases(model, setup, wanted), reduce=reduced, workers=workers, progress=lambda x: told(x, "derating"))
+    first_part = span(progress, 0.0, 0.6)
+    results = iter(
+        cells(
+            _cases(model, setup, wanted), reduce=reduced, workers=workers, progress=lambda x: first_part(x, "derating")
+        )
     )
     points = {}
     for angle, share in grid:
-        rows = survivors(next(found) for _ in setup.seeds)
+        rows = survivors(next(results) for _ in setup.seeds)
         if len(rows) < len(setup.seeds):
             raise FailedResultError(f"farm, {turbine.name}: not every seed reached its end")
-        points[Point(angle, share)] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
-    farm = Farm(turbine, points, {}, {})
+        points[FarmSetPoint(angle, share)] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    farm = TwoTurbineResults(turbine, points, {}, {})
     farm = replace(farm, margins=splits(farm))
     return replace(farm, errors=_errors(farm, model, setup, workers, span(progress, 0.6, 0.4)))
 
 
-def splits(farm: Farm) -> dict[str, tuple[float, tuple[float, float], float]]:
+def splits(farm: TwoTurbineResults) -> dict[str, tuple[float, tuple[float, float], float]]:
     """Misalignment, powers and smallest margin of the splits of the demand, by the steady wake.
 
-    What the upstream turbine gives sets its thrust, by interpolation over the simulated shares, and so the wind of the
-    other one. Equal shares: the same of what each has when aligned; largest margin: the split whose smaller margin is
-    largest.
+    The power of the upstream turbine determines its thrust, by interpolation over the simulated shares, and so the
+    wind of the downstream turbine. Equal shares: equal fractions of the available power when aligned; largest margin:
+    the split whose smaller margin is largest.
     """
     mean = {point: float(numbers["generator_power"].mean()) for point, numbers in farm.points.items()}
     have = (mean[ALIGNED], mean[ALIGNED] * farm.speed(ALIGNED) ** 3)
-    asked = DEMAND * sum(have)
+    demand = DEMAND * sum(have)
 
     def margin(angle: float, up: float) -> float:
-        return min(mean[Point(angle, 1.0)] - up, mean[ALIGNED] * farm.speed_at(angle, up) ** 3 - (asked - up))
+        return min(mean[FarmSetPoint(angle, 1.0)] - up, mean[ALIGNED] * farm.speed_at(angle, up) ** 3 - (demand - up))
 
     equal = DEMAND * have[0]
-    found = {SPLITS[0]: (0.0, (equal, asked - equal), margin(0.0, equal))}
+    by_split = {SPLITS[0]: (0.0, (equal, demand - equal), margin(0.0, equal))}
     for name, angles in ((SPLITS[1], (0.0,)), (SPLITS[2], ANGLES)):
-        options = product(angles, np.linspace(0.3 * asked, 0.9 * asked, 241))
+        options = product(angles, np.linspace(0.3 * demand, 0.9 * demand, 241))
         angle, up = max(options, key=lambda each: margin(each[0], float(each[1])))
-        found[name] = (angle, (float(up), asked - float(up)), margin(angle, float(up)))
-    return found
+        by_split[name] = (angle, (float(up), demand - float(up)), margin(angle, float(up)))
+    return by_split
 
 
-def _errors(farm: Farm, model: BladedModel, setup: Setup, workers: int | None, progress: Progress) -> dict[str, Float]:
-    """Lack of power of the splits in turbulence; both turbines have winds of their own."""
+def _errors(
+    farm: TwoTurbineResults, model: BladedModel, setup: SchemeSetup, workers: int | None, progress: Progress
+) -> dict[str, Float]:
+    """Power deficits of the splits in turbulence; both turbines have independent winds."""
     end, wanted = setup.begin + setup.length, []
     for (split, (angle, powers, _)), seed in product(farm.margins.items(), setup.seeds):
         v = round(setup.speed * farm.speed_at(angle, powers[0]), 3)
@@ -224,16 +233,16 @@ def _errors(farm: Farm, model: BladedModel, setup: Setup, workers: int | None, p
     )
     lacks: dict[str, list[float]] = {split: [] for split in farm.margins}
     for (split, (_, powers, _)), _seed in product(farm.margins.items(), setup.seeds):
-        asked = sum(powers)
-        lack = np.minimum(next(series) + next(series) - asked, 0.0) / asked
+        demand = sum(powers)
+        lack = np.minimum(next(series) + next(series) - demand, 0.0) / demand
         lacks[split].append(float(np.sqrt(np.mean(lack**2))))
     return {split: np.array(values) for split, values in lacks.items()}
 
 
-def loads_table(found: Found) -> Table:
+def loads_table(results: Results) -> Table:
     """Table of the set-points of the upstream turbine: its power and loads, and the power of both."""
     rows = []
-    for name, farm in found.items():
+    for name, farm in results.items():
         for point in sorted(farm.points, key=lambda p: (abs(p.angle), p.angle, -p.share)):
             changes = [
                 change_text(farm.change(point, each)) for each in ("generator_power", "rotor_aero_thrust", *LOADS)
@@ -251,10 +260,10 @@ def loads_table(found: Found) -> Table:
     return Table(head, rows, "Derating and misalignment of the upstream turbine", text_columns=3, note=note)
 
 
-def margins_table(found: Found) -> Table:
-    """Table of the splits of the power that is asked of both turbines."""
+def margins_table(results: Results) -> Table:
+    """Table of the splits of the power demand between both turbines."""
     rows = []
-    for name, farm in found.items():
+    for name, farm in results.items():
         base = farm.errors[SPLITS[0]]
         for split, (angle, (up, down), least) in farm.margins.items():
             error = farm.errors[split]
@@ -272,19 +281,19 @@ def margins_table(found: Found) -> Table:
     return Table(head, rows, "Following power with margins", text_columns=3, note=note)
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
+def chapter(results: Results, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of derating, misalignment and margins."""
     heading = "derating and misalignment under load constraints, and margins of a farm"
     return part_chapter(
-        heading, lambda: verdict(found), [], lambda: [loads_table(found), margins_table(found)], applied=applied
+        heading, lambda: verdict(results), [], lambda: [loads_table(results), margins_table(results)], applied=applied
     )
 
 
-def verdict(found: Found) -> str:
+def verdict(results: Results) -> str:
     """Conclusion, from the results."""
     source = "After Croce et al. (2024), Wind Energ. Sci. 9, 1211, and Tamaro et al. (2025), Wind Energ. Sci. 10, 2705"
     lines = [f"{source}: their methods in short on our turbines, none of their numbers."]
-    for name, farm in found.items():
+    for name, farm in results.items():
         allowed = {p: farm.gain(p) for p in farm.points if p == ALIGNED or farm.within(p)}
         free = max(farm.points, key=lambda p: farm.gain(p).mean)
         best = max(allowed, key=lambda p: allowed[p].mean)
@@ -296,7 +305,8 @@ def verdict(found: Found) -> str:
         added = f"{angle:+.0f}° add {steered - aligned:.2f} MW" if angle else "no misalignment tried adds any"
         lines.append(
             f"{name}: misaligned and within the loads of the aligned turbine: {words}. Most power of both: "
-            f"{_said(free)} without a constraint ({change_text(farm.gain(free))} %), {_said(best)} with it "
+            f"{_set_point_text(free)} without a constraint ({change_text(farm.gain(free))} %), "
+            f"{_set_point_text(best)} with it "
             f"({change_text(farm.gain(best))} %). Margins: {added}; the split by the smaller margin leaves "
             f"{steered:.2f} MW to spare, equal shares {equal:.2f} MW, and the lack of power changes by "
             f"{change_text(lack)} %."
@@ -305,6 +315,6 @@ def verdict(found: Found) -> str:
     return "\n\n".join([*lines, limits])
 
 
-def _said(point: Point) -> str:
+def _set_point_text(point: FarmSetPoint) -> str:
     where = f"{math.degrees(point.angle):+.0f}°" if point.angle else "aligned"
     return f"{where} at {100 * point.share:.0f} %"

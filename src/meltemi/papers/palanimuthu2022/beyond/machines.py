@@ -1,7 +1,7 @@
-"""For which turbines tower and blades pay for a held pitch, and why: A2 against A0 on three of them, by experiment.
+"""Turbines for which a fixed pitch increases the loads of tower and blades, and why: A2 against A0 on three turbines.
 
-Two causes are tried by changing them alone: the width of the range of speeds that A2 leaves to the rotor, and the
-speed loop through the pitch, which A2 uses at its upper end.
+Two causes are tested separately: the width of the speed range that A2 leaves to the rotor, and the pitch control
+of the speed, which A2 uses at its upper end.
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ SHOWN = (PITCH, TOWER_LOAD, ROOT_LOAD, ENERGY)
 
 
 @dataclass(frozen=True)
-class Machine:
+class SchemeChanges:
     """Results of a turbine.
 
     Attributes:
-      low: lower end of the range of A2, share of rated speed.
-      frequency: [rad/s] of its speed loop.
-      changes: against A0.
+      low: lower end of the speed range of A2 over rated speed.
+      frequency: [rad/s] frequency of its speed loop.
+      changes: changes against A0.
       slow: changes of the schemes with the slow loop against A0 with the slow loop.
     """
 
@@ -70,18 +70,18 @@ class Machine:
     slow: EnsembleTable
 
 
-Found = Mapping[str, Machine]
+Results = Mapping[str, SchemeChanges]
 
 
 def lower_speed(turbine: Turbine, performance: RotorPerformance, level: float) -> float:
-    """Share of rated speed at which the optimal torque gives this share of rated power."""
+    """Rotor speed over rated speed at which the optimal torque gives this share of rated power."""
     best, most = rotor_tables(performance, turbine.control.pitch.minimum).best
     gain = 0.5 * STANDARD * math.pi * turbine.rotor_radius**5 * most / best**3
-    met = (level * turbine.rated_power / turbine.drivetrain.generator_efficiency / gain) ** (1.0 / 3.0)
-    return float(met / turbine.rated_rotor_speed)
+    speed = (level * turbine.rated_power / turbine.drivetrain.generator_efficiency / gain) ** (1.0 / 3.0)
+    return float(speed / turbine.rated_rotor_speed)
 
 
-def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Found:
+def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Results:
     """The schemes on the three turbines, or on another one."""
     names = {t.name: t for t in ([turbine] if turbine else map(_loaded, MACHINES))}
     length = 1.0 / len(names)
@@ -95,7 +95,7 @@ def _loaded(name: str) -> Turbine:
     return aeroelastic(load_turbine(name), "loads in turbulence")
 
 
-def _machine(turbine: Turbine, quick: bool, workers: int | None, progress: Progress) -> Machine:
+def _machine(turbine: Turbine, quick: bool, workers: int | None, progress: Progress) -> SchemeChanges:
     performance = performance_of(turbine)
     tables = rotor_tables(performance, turbine.control.pitch.minimum)
     frequency = default_frequency(turbine, tables, shaft_inertia(turbine))
@@ -110,20 +110,23 @@ def _machine(turbine: Turbine, quick: bool, workers: int | None, progress: Progr
         name: PowerController(turbine, performance, PowerControl.model_validate(each))
         for name, each in settings.items()
     }
-    asked = [(STEADY, FRONT_LEVEL)]
+    demands = [(STEADY, FRONT_LEVEL)]
     (rows,) = rows_of(
-        turbine, QUICK if quick else FULL, asked, laws, workers, progress, f"machines, {turbine.name}"
+        turbine, QUICK if quick else FULL, demands, laws, workers, progress, f"machines, {turbine.name}"
     ).values()
     alone = {seed: {name: row[name] for name in (SLOW_BASE, SLOW_HELD, SLOW_FAST)} for seed, row in rows.items()}
-    return Machine(low, frequency, ensemble_table(rows, SLOPES), ensemble_table(alone, SLOPES))
+    return SchemeChanges(low, frequency, ensemble_table(rows, SLOPES), ensemble_table(alone, SLOPES))
 
 
-def changes_table(found: Found) -> Table:
+def changes_table(results: Results) -> Table:
     """Table of changes against A0 by turbine."""
     rows = []
-    for name, machine in found.items():
-        own = [(machine.changes, scheme, BASE) for scheme in machine.changes.schemes[1:]]
-        for table, scheme, base in [*own, *((machine.slow, scheme, SLOW_BASE) for scheme in (SLOW_HELD, SLOW_FAST))]:
+    for name, machine in results.items():
+        columns = [(machine.changes, scheme, BASE) for scheme in machine.changes.schemes[1:]]
+        for table, scheme, base in [
+            *columns,
+            *((machine.slow, scheme, SLOW_BASE) for scheme in (SLOW_HELD, SLOW_FAST)),
+        ]:
             changes = [change_text(table.entry(quantity, scheme).change) for quantity in SHOWN]
             where = [name, f"{100.0 * machine.low:.0f} to 100", f"{machine.frequency:.3f}"]
             rows.append([*where, scheme, base, *changes])
@@ -137,12 +140,12 @@ def changes_table(found: Found) -> Table:
     return Table(head, rows, "Changes by turbine, range and loop", text_columns=5, note=note)
 
 
-def machines_figure(found: Found) -> Figure:
+def machines_figure(results: Results) -> Figure:
     """Bars of the changes of the loads by turbine and scheme."""
     figure, axes = new_figure(1, 2, size=(9.5, 4.4), share=False)
     for ax, quantity in zip(axes[0], (TOWER_LOAD, ROOT_LOAD), strict=True):
         names: list[str] = []
-        for name, machine in found.items():
+        for name, machine in results.items():
             for i, scheme in enumerate(machine.changes.schemes[1:]):
                 mean, half = change_bar(machine.changes.entry(quantity, scheme).change)
                 look: dict[str, Any] = {"color": COLOURS[i], "error_kw": {"linewidth": 0.9, "capsize": 2}}
@@ -156,40 +159,43 @@ def machines_figure(found: Found) -> Figure:
     return figure
 
 
-def chapter(found: Found, draw: Draw, *, applied: bool = False) -> Section:
+def chapter(results: Results, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the turbines."""
     words = f"Loads at {100.0 * FRONT_LEVEL:.0f} % of rated power by turbine, against A0; bars: 95 % intervals"
-    figure = draw("machines_loads", words, lambda: machines_figure(found))
+    figure = draw("machines_loads", words, lambda: machines_figure(results))
     heading = "for which turbines tower and blades pay, and why"
-    return part_chapter(heading, lambda: verdict(found), [figure], lambda: [changes_table(found)], applied=applied)
+    return part_chapter(heading, lambda: verdict(results), [figure], lambda: [changes_table(results)], applied=applied)
 
 
-def verdict(found: Found) -> str:
+def verdict(results: Results) -> str:
     """Conclusion, from the results."""
 
-    def said(quantity: str, scheme: str, names: Iterable[str], *, slow: bool = False) -> str:
-        tables = {name: found[name].slow if slow else found[name].changes for name in names}
+    def changes_text(quantity: str, scheme: str, names: Iterable[str], *, slow: bool = False) -> str:
+        tables = {name: results[name].slow if slow else results[name].changes for name in names}
         return ", ".join(
             f"{change_text(table.entry(quantity, scheme).change)} % ({name})" for name, table in tables.items()
         )
 
-    ranges = ", ".join(f"{100 * machine.low:.0f} % of rated speed on ({name})" for name, machine in found.items())
+    ranges = ", ".join(f"{100 * machine.low:.0f} % of rated speed on ({name})" for name, machine in results.items())
     free = (
         f"At {100.0 * FRONT_LEVEL:.0f} % of rated power A2 leaves the speed free from {ranges}. It changes the load of "
-        f"the tower base against A0 by {said(TOWER_LOAD, HELD, found)}, that of the blade root by "
-        f"{said(ROOT_LOAD, HELD, found)}."
+        f"the tower base against A0 by {changes_text(TOWER_LOAD, HELD, results)}, that of the blade root by "
+        f"{changes_text(ROOT_LOAD, HELD, results)}."
     )
     loop = (
         f"Two causes were tried. One is the speed loop at the upper end: with {SLOW:g} of its frequency in both "
-        f"schemes A2 changes the tower base against A0 by {said(TOWER_LOAD, SLOW_HELD, found, slow=True)}, the blade "
-        f"root by {said(ROOT_LOAD, SLOW_HELD, found, slow=True)}. A1, which pitches at rated speed only, changes "
-        f"the tower base by {said(TOWER_LOAD, FAST, found)} against A0 with the loop as it is, and by "
-        f"{said(TOWER_LOAD, SLOW_FAST, found, slow=True)} with the slow one in both."
+        f"schemes A2 changes the tower base against A0 by {changes_text(TOWER_LOAD, SLOW_HELD, results, slow=True)}, "
+        f"the blade "
+        f"root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated speed only, "
+        f"changes "
+        f"the tower base by {changes_text(TOWER_LOAD, FAST, results)} against A0 with the loop as it is, and by "
+        f"{changes_text(TOWER_LOAD, SLOW_FAST, results, slow=True)} with the slow one in both."
     )
     lines = [free, loop]
-    if narrow := [name for name, machine in found.items() if NARROWED in machine.changes.schemes]:
+    if narrow := [name for name, machine in results.items() if NARROWED in machine.changes.schemes]:
         lines.append(
             f"The other is the width of the range: from {100 * NARROW:.0f} % of its upper end on it is "
-            f"{said(TOWER_LOAD, NARROWED, narrow)} at the tower base, {said(ROOT_LOAD, NARROWED, narrow)} at the root."
+            f"{changes_text(TOWER_LOAD, NARROWED, narrow)} at the tower base, "
+            f"{changes_text(ROOT_LOAD, NARROWED, narrow)} at the root."
         )
     return "\n\n".join(lines)

@@ -1,4 +1,4 @@
-"""Chapter on what the active-power schemes cost on the aeroelastic turbine: :mod:`meltemi.studies.power_schemes`."""
+"""Chapter on energy and loads of the schemes of limited power: :mod:`meltemi.studies.power_schemes`."""
 
 from __future__ import annotations
 
@@ -40,42 +40,42 @@ def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, p
     return schemes.study(turbine, quick, workers=workers, progress=progress)
 
 
-def chapter(found: Costs, draw: Draw, *, applied: bool = False) -> Section:
+def chapter(costs: Costs, draw: Draw, *, applied: bool = False) -> Section:
     """Chapter of the active-power schemes."""
     words = "Cost of the schemes on an aeroelastic turbine at 12 m/s, class IB; bars: 95 % intervals of the mean"
     front = f"A2 with upper speeds of so many percent of rated, at {100.0 * FRONT_LEVEL:.0f} % of rated power"
     drawings = [
-        draw("power_costs", words, lambda: costs_figure(found.tables)),
-        draw("power_front", front, lambda: front_figure(found.front)),
+        draw("power_costs", words, lambda: costs_figure(costs.tables)),
+        draw("power_front", front, lambda: front_figure(costs.front)),
     ]
     heading = "what each scheme of limited power costs"
-    return part_chapter(heading, lambda: verdict(found), drawings, lambda: tables(found), applied=applied)
+    return part_chapter(heading, lambda: verdict(costs), drawings, lambda: tables(costs), applied=applied)
 
 
-def tables(found: Costs) -> list[Table]:
+def tables(costs: Costs) -> list[Table]:
     """One table for a constant and one for a varying power reference, and one of the upper speeds."""
-    made = []
+    tables = []
     for signal, words in ((STEADY, "A steady reference"), (FOLLOWING, "A reference that follows a regulation signal")):
         rows = []
-        for (kind, level), ensemble in found.tables.items():
+        for (kind, level), ensemble in costs.tables.items():
             if kind == signal:
                 rows += [[f"{100.0 * level:.0f} %", *row] for row in scheme_rows(ensemble, UNITS, means=False)[1]]
-        names = next(iter(found.tables.values())).schemes
+        names = next(iter(costs.tables.values())).schemes
         head = ["asked for", "quantity", "unit", names[0], *(f"{name} against {names[0]}, %" for name in names[1:])]
-        made.append(Table(head, rows, caption=f"{words}; changes seed by seed with 95 % intervals.", text_columns=3))
-    head = ["quantity", "unit", "A2", *(f"{name}, %" for name in found.front.schemes[1:])]
+        tables.append(Table(head, rows, caption=f"{words}; changes seed by seed with 95 % intervals.", text_columns=3))
+    head = ["quantity", "unit", "A2", *(f"{name}, %" for name in costs.front.schemes[1:])]
     caption = f"Upper speeds of A2 at {100.0 * FRONT_LEVEL:.0f} % of rated power; changes against A2"
-    return [*made, Table(head, scheme_rows(found.front, UNITS, means=False)[1], caption, text_columns=2)]
+    return [*tables, Table(head, scheme_rows(costs.front, UNITS, means=False)[1], caption, text_columns=2)]
 
 
-def range_of(found: Tables, quantity: str, scheme: str) -> str:
+def range_of(tables: Tables, quantity: str, scheme: str) -> str:
     """Smallest and largest mean change of a quantity in percent, over levels and signals."""
-    changes = [c.mean for t in found.values() if (c := t.entry(quantity, scheme).change) is not None]
+    changes = [c.mean for t in tables.values() if (c := t.entry(quantity, scheme).change) is not None]
     return f"{100.0 * min(changes):+.0f} to {100.0 * max(changes):+.0f} %"
 
 
 def best_scheme(table: EnsembleTable, quantity: str) -> str:
-    """The scheme with the most power, or with the least of anything else."""
+    """The scheme with the largest power, or with the smallest value of another quantity."""
     means = {scheme: table.entry(quantity, scheme).value.mean for scheme in table.schemes}
     return max(means, key=means.__getitem__) if quantity == ENERGY else min(means, key=means.__getitem__)
 
@@ -99,22 +99,22 @@ def _at_full_power(table: EnsembleTable) -> str:
 
 def verdict(costs: Costs) -> str:
     """Conclusion, from the results."""
-    found = costs.tables
-    first = next(iter(found.values()))
+    tables = costs.tables
+    first = next(iter(tables.values()))
     base, *others = first.schemes
     words = f"The schemes on an aeroelastic turbine ({TURBINE}) in turbulence, {first.seeds} seeds for each of "
-    lines = [words + f"{len(found)} combinations of level and signal; changes are means against {base}."]
+    lines = [words + f"{len(tables)} combinations of level and signal; changes are means against {base}."]
     shown = (PITCH, TRACKING, ENERGY, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
     for scheme in others:
-        lines.append(f"{scheme}: " + ", ".join(f"{what} {range_of(found, what, scheme)}" for what in shown) + ".")
+        lines.append(f"{scheme}: " + ", ".join(f"{what} {range_of(tables, what, scheme)}" for what in shown) + ".")
     best = []
     for what in shown:
-        ranks = [best_scheme(table, what) for table in found.values()]
+        ranks = [best_scheme(table, what) for table in tables.values()]
         counts = {scheme: ranks.count(scheme) for scheme in first.schemes if scheme in ranks}
         best.append(f"{what} " + ", ".join(f"{scheme} in {n}" for scheme, n in counts.items()))
-    lines.append(f"Best of {len(found)}: " + "; ".join(best) + ".")
-    if (STEADY, 1.0) in found and {"A1", "A2"} <= set(others):
-        lines.append(_at_full_power(found[STEADY, 1.0]))
+    lines.append(f"Best of {len(tables)}: " + "; ".join(best) + ".")
+    if (STEADY, 1.0) in tables and {"A1", "A2"} <= set(others):
+        lines.append(_at_full_power(tables[STEADY, 1.0]))
     front = {q: efficient(costs.front, (PITCH, ENERGY, q)) for q in (TOWER_LOAD, ROOT_LOAD)}
     lines.append(
         "The speed at which A2 holds the speed again is a choice between pitch travel and loads. Not beaten in pitch "

@@ -60,13 +60,13 @@ def altitude() -> Figure:
 
 
 def _power(ax: Axes, densities: Sequence[float], names: Sequence[str], title: str) -> None:
-    made = rotor(FORMULA)
+    formula = rotor(FORMULA)
     speed = np.linspace(0.2, 1.3, 221)
-    ratio, _ = made.best()
-    best = ratio * paper.WIND / made.radius
+    ratio, _ = formula.best()
+    best = ratio * paper.WIND / formula.radius
     for colour, rho, name in zip(shades(len(names)), densities, names, strict=True):
-        ax.plot(speed, made.power(speed, paper.WIND, 0.0, rho) * MEGA, color=colour, label=name)
-        ax.plot(best, made.power(best, paper.WIND, 0.0, rho) * MEGA, "o", color=colour, markersize=3.5)
+        ax.plot(speed, formula.power(speed, paper.WIND, 0.0, rho) * MEGA, color=colour, label=name)
+        ax.plot(best, formula.power(best, paper.WIND, 0.0, rho) * MEGA, "o", color=colour, markersize=3.5)
     ax.plot(
         paper.SPEED,
         paper.POWER * MEGA,
@@ -89,7 +89,7 @@ def power_by_temperature() -> Figure:
 
 
 def power_by_altitude() -> Figure:
-    """Figure 5: the same by altitude."""
+    """Figure 5: power over rotor speed at rated wind, by altitude."""
     figure, axes = new_figure(1, size=(7.5, 4.0))
     names = [f"{h:g} m" for h in paper.ALTITUDES]
     _power(

@@ -18,7 +18,7 @@ def shades(n: int) -> list[Any]:
 
 
 def beside(ax: Axes, title: str = "") -> None:
-    """A legend to the right of the panel."""
+    """Draw a legend to the right of the panel."""
     ax.legend(title=title, loc="center left", bbox_to_anchor=(1.0, 0.5))
 
 
@@ -26,6 +26,6 @@ def label(ax: Axes, x: str, y: str, title: str = "") -> None:
     """Label the axes with units and give the panel a title."""
     ax.set_xlabel(x)
     ax.set_ylabel(y)
-    ax.tick_params(which="both", labelsize=8)  # an axis of less than a decade labels its minor ticks
+    ax.tick_params(which="both", labelsize=8)  # an axis of less than a decade needs labels at minor ticks
     if title:
         ax.set_title(title)

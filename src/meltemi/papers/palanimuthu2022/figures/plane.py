@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from meltemi.papers.palanimuthu2022 import paper
 from meltemi.papers.palanimuthu2022.figures.look import MEGA, beside, label, shades
 from meltemi.papers.palanimuthu2022.machine import BLADES, rotor
-from meltemi.papers.palanimuthu2022.runs import PHYSICAL, RAMPS, TURBULENT, Runs, aero_power
+from meltemi.papers.palanimuthu2022.runs import PHYSICAL, RAMPS, TURBULENT, PowerControlRuns, aero_power
 from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
 from meltemi.report.plots import new_figure
 
@@ -26,16 +26,16 @@ WINDS = (8.0, 9.0, 10.0, 11.0)
 
 
 def _background(ax: Axes) -> None:
-    made = rotor(BLADES)
+    blades = rotor(BLADES)
     speed = np.linspace(0.4, 0.9, 200)
     for v in WINDS:
-        power = made.power(speed, v) * MEGA
+        power = blades.power(speed, v) * MEGA
         ax.plot(speed, power, color=FAINT, linewidth=0.9)
-        at = float(made.power(0.855, v)) * MEGA
+        at = float(blades.power(0.855, v)) * MEGA
         ax.annotate(f"{v:g} m/s", (0.858, at), fontsize=7, color=SOFT, ha="right", va="bottom")
-    ax.plot(speed, made.gain() * speed**3 * MEGA, color=INK, linewidth=1.4, label="$P_{opt} = K_T\\omega^3$")
+    ax.plot(speed, blades.gain() * speed**3 * MEGA, color=INK, linewidth=1.4, label="$P_{opt} = K_T\\omega^3$")
     ax.axhline(paper.REFERENCE * MEGA, color=SOFT, linewidth=1.0, linestyle="--", label="$P_{ref}$")
-    low = made.speed_for(paper.REFERENCE)
+    low = blades.speed_for(paper.REFERENCE)
     for name, value in (("$\\omega_l$", low), ("$\\omega_r$", paper.SPEED)):
         ax.axvline(value, color=SOFT, linewidth=0.8, linestyle=":")
         ax.annotate(
@@ -50,8 +50,8 @@ def _background(ax: Axes) -> None:
     ax.set_ylim(6.0, 25.0)
 
 
-def _path(ax: Axes, runs: Runs, scheme: str) -> None:
-    """Path of a run through the ramps: up with the wind, along the reference, and back."""
+def _path(ax: Axes, runs: PowerControlRuns, scheme: str) -> None:
+    """Draw the path of a run through the ramps: up with the wind, along the reference, and back."""
     result = runs.limited[BLADES, PHYSICAL, RAMPS, scheme]
     inside = result.time >= 40.0
     speed = result["rotor_speed"][inside]
@@ -64,7 +64,7 @@ def _path(ax: Axes, runs: Runs, scheme: str) -> None:
 
 
 def _arrows(ax: Axes, x: Float, y: Float, colour: str, number: int = 9) -> None:
-    """Arrow heads along a path, evenly spaced in the picture."""
+    """Draw arrow heads along a path, evenly spaced in the figure."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     steps = np.hypot(np.diff(x) / (right - left), np.diff(y) / (high - low))
     way = np.concatenate([[0.0], np.cumsum(steps)])
@@ -76,26 +76,26 @@ def _arrows(ax: Axes, x: Float, y: Float, colour: str, number: int = 9) -> None:
             ax.annotate("", xy=(x[i], y[i]), xytext=(x[j], y[j]), arrowprops=look)
 
 
-def _pitch(ax: Axes, runs: Runs, scheme: str) -> None:
+def _pitch(ax: Axes, runs: PowerControlRuns, scheme: str) -> None:
     for colour, wind in ((COLOURS[2], f"{TURBULENT} {runs.setup.seeds[0]}"), (COLOURS[0], RAMPS)):
         result = runs.limited[BLADES, PHYSICAL, wind, scheme]
         inside = result.time >= 40.0
         x, y = result["rotor_speed"][inside], np.degrees(result["pitch_1"][inside])
         ax.plot(x, y, color=colour, linewidth=1.4 if wind == RAMPS else 0.8, label=wind)
     ax.set_xlim(0.55 if scheme != "A3" else 0.5, 0.86)
-    ax.set_ylim(top=1.2 * ax.get_ylim()[1])  # room for the legend
+    ax.set_ylim(top=1.2 * ax.get_ylim()[1])  # space for the legend
     ax.legend(loc="upper right")
 
 
-def _plane(runs: Runs, scheme: str) -> Figure:
+def _plane(runs: PowerControlRuns, scheme: str) -> Figure:
     figure, axes = new_figure(1, 2, size=(10.5, 4.0), share=False)
     ax = axes[0, 0]
     _background(ax)
     if scheme == "A3":
-        made = rotor(BLADES)
+        blades = rotor(BLADES)
         speed = np.linspace(0.4, 0.9, 200)
         for colour, angle in zip(shades(len(PITCHES) + 1)[1:], PITCHES, strict=True):
-            power = made.gain(pitch=float(np.radians(angle))) * speed**3 * MEGA
+            power = blades.gain(pitch=float(np.radians(angle))) * speed**3 * MEGA
             ax.plot(speed, power, color=colour, linewidth=1.1, linestyle="-.", label=f"$P_{{opt}}$ at {angle:g}°")
     _path(ax, runs, scheme)
     label(ax, "rotor speed [rad/s]", "power [MW]", f"{scheme}, 15 MW, ramps of the wind")
@@ -107,16 +107,16 @@ def _plane(runs: Runs, scheme: str) -> Figure:
     return figure
 
 
-def rated_speed(runs: Runs) -> Figure:
+def rated_speed(runs: PowerControlRuns) -> Figure:
     """Figure 17: pitch from rated speed."""
     return _plane(runs, "A1")
 
 
-def hold(runs: Runs) -> Figure:
+def hold(runs: PowerControlRuns) -> Figure:
     """Figure 18: pitch held between the speeds."""
     return _plane(runs, "A2")
 
 
-def wide_hold(runs: Runs) -> Figure:
+def wide_hold(runs: PowerControlRuns) -> Figure:
     """Figure 19: pitch held down to the speed that gives the power at the present pitch."""
     return _plane(runs, "A3")

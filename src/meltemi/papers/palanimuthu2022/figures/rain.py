@@ -1,4 +1,4 @@
-"""Figures 8 and 9: drops in the air, and the area that a rotor wets."""
+"""Figures 8 and 9: drops in the air, and the wetted area of a rotor."""
 
 from __future__ import annotations
 
@@ -30,7 +30,9 @@ def drops() -> Figure:
         n = drop_spectrum(d, rate * MM_PER_HOUR)
         axes[0, 0].semilogy(d * 1e3, n * 1e-3, color=colour)
         words = f"{name.replace('_', ' ')}, {rate:g} mm/h"
-        axes[0, 1].plot(d * 1e3, WATER * np.pi / 6.0 * d**3 * n, color=colour, label=words)  # kg/m^3 a m: g/m^3 a mm
+        axes[0, 1].plot(
+            d * 1e3, WATER * np.pi / 6.0 * d**3 * n, color=colour, label=words
+        )  # kg/m^3 per m is g/m^3 per mm
     axes[0, 0].set_ylim(1e-3, 1e4)
     label(axes[0, 0], "diameter [mm]", "n(d) [1/m³ and mm]", "number of drops")
     label(axes[0, 1], "diameter [mm]", "water [g/m³ and mm]", "water in them")

@@ -14,7 +14,7 @@ from meltemi.papers.palanimuthu2022.figures.look import MEGA, beside, label, sha
 from meltemi.papers.palanimuthu2022.machine import BLADES, rotor
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure
-from meltemi.studies.coefficient_rotor import Rotor
+from meltemi.studies.coefficient_rotor import CoefficientRotor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,7 +28,7 @@ SPEED = np.linspace(0.15, 1.25, 221)
 
 
 def loss(rain: Rain, wind: ArrayLike, radius: float = paper.RADIUS) -> Float:
-    """[W] power loss by rain at wind speeds [m/s]."""
+    """Power loss [W] by rain at wind speeds [m/s]."""
     parameters = rain_parameters(rain, radius)
     return np.array([rain_power_loss(parameters, v) for v in np.atleast_1d(np.asarray(wind, float))])
 
@@ -38,10 +38,10 @@ def left(power: Float, lost: ArrayLike) -> Float:
     return np.maximum(power - np.asarray(lost, float), 0.0)
 
 
-def rainy_gain(made: Rotor, rain: Rain) -> float:
-    """[N m s^2] gain of the optimal torque law in rain whose loss is proportional to the cube of the wind speed."""
+def rainy_gain(blades: CoefficientRotor, rain: Rain) -> float:
+    """Gain [N m s^2] of the optimal torque law in rain whose loss is proportional to the cube of the wind speed."""
     per_cube = float(loss(rain, 10.0)[0]) / 1e3
-    return made.gain() - per_cube * (made.radius / made.best()[0]) ** 3
+    return blades.gain() - per_cube * (blades.radius / blades.best()[0]) ** 3
 
 
 Curve = tuple[str, Float, ArrayLike]
@@ -49,7 +49,7 @@ Curve = tuple[str, Float, ArrayLike]
 
 
 def _both(height: float, x: Float, curves: Sequence[Curve]) -> tuple[Figure, Axes]:
-    """Curves without rain (solid) and with rain (dashed)."""
+    """Draw curves without rain (solid) and with rain (dashed)."""
     figure, axes = new_figure(1, size=(7.5, height))
     ax: Axes = axes[0, 0]
     for colour, (name, power, lost) in zip(shades(len(curves)), curves, strict=True):
@@ -68,29 +68,31 @@ def _named(ax: Axes, x: str, title: str, legend: str = "", top: float | None = N
 
 def over_wind() -> Figure:
     """Figure 10: power over wind at constant rotor speeds."""
-    made, v = rotor(BLADES), np.linspace(5.0, 14.0, 181)
+    blades, v = rotor(BLADES), np.linspace(5.0, 14.0, 181)
     lost = loss(STORM, v)
-    figure, ax = _both(4.2, v, [(f"{w:g} rad/s", made.power(w, v), lost) for w in (0.45, 0.55, 0.65, 0.75, 0.85)])
+    figure, ax = _both(4.2, v, [(f"{w:g} rad/s", blades.power(w, v), lost) for w in (0.45, 0.55, 0.65, 0.75, 0.85)])
     _named(ax, "wind speed [m/s]", "32 mm/h, drops of 3 mm, M3")
     return figure
 
 
 def over_speed() -> Figure:
     """Figure 11: power over rotor speed by wind, with the loci of the best points."""
-    made, winds = rotor(BLADES), (7.0, 8.0, 9.0, 10.0, 10.715, 11.5)
-    figure, ax = _both(4.6, SPEED, [(f"{v:g} m/s", made.power(SPEED, v), loss(STORM, v)) for v in winds])
+    blades, winds = rotor(BLADES), (7.0, 8.0, 9.0, 10.0, 10.715, 11.5)
+    figure, ax = _both(4.6, SPEED, [(f"{v:g} m/s", blades.power(SPEED, v), loss(STORM, v)) for v in winds])
     w = np.linspace(0.3, 0.86, 100)
-    ax.plot(w, made.gain() * w**3 * MEGA, color=COLOURS[1], linewidth=1.8, label="best points")
-    ax.plot(w, rainy_gain(made, STORM) * w**3 * MEGA, color=COLOURS[1], linewidth=1.8, linestyle="--", label="in rain")
+    ax.plot(w, blades.gain() * w**3 * MEGA, color=COLOURS[1], linewidth=1.8, label="best points")
+    ax.plot(
+        w, rainy_gain(blades, STORM) * w**3 * MEGA, color=COLOURS[1], linewidth=1.8, linestyle="--", label="in rain"
+    )
     _named(ax, "rotor speed [rad/s]", "32 mm/h, drops of 3 mm, M3", top=32.0)
     return figure
 
 
 def by_pitch() -> Figure:
     """Figure 12: power over rotor speed at rated wind by pitch."""
-    made, lost = rotor(BLADES), loss(STORM, paper.WIND)
+    blades, lost = rotor(BLADES), loss(STORM, paper.WIND)
     angles = (0.0, 2.0, 4.0, 6.0, 8.0, 10.0)
-    powers = [made.power(SPEED, paper.WIND, np.radians(angle)) for angle in angles]
+    powers = [blades.power(SPEED, paper.WIND, np.radians(angle)) for angle in angles]
     figure, ax = _both(4.2, SPEED, [(f"{a:g}°", power, lost) for a, power in zip(angles, powers, strict=True)])
     _named(ax, "rotor speed [rad/s]", "10.715 m/s, 32 mm/h, drops of 3 mm, M3", "pitch")
     return figure
@@ -117,7 +119,7 @@ def by_drop() -> Figure:
 
 
 def by_number() -> Figure:
-    """Figure 14: the same for drops of 3 mm by their number, and by the density of their water."""
+    """Figure 14: power over rotor speed for drops of 3 mm by their number, and by water density."""
     figure, axes = new_figure(2, 1, size=(8.0, 7.6), share=False)
     rains: list[tuple[str, Rain | None]] = [("no rain", None)]
     rains += [(f"{rate:g} mm/h", STORM.replace(rate=rate)) for rate in RAIN_CLASSES.values()]

@@ -18,7 +18,7 @@ from meltemi.papers.palanimuthu2022.runs import (
     RAMPS,
     SCHEMES,
     TURBULENT,
-    Runs,
+    PowerControlRuns,
     aero_power,
     power_ratio,
     ratio,
@@ -56,7 +56,7 @@ def _steps(
     converters: Mapping[str, Result] | None = None,
     stated: Mapping[tuple[float, float], float] | None = None,
 ) -> Figure:
-    """Panels of the runs with steps: cases, gains with means [W] that the paper states, runs with converters if any."""
+    """Panels of the runs with steps: cases, gains and the means [W] stated in the paper, runs with converters."""
     n = len(panels) + 1
     sources = [results] * (len(panels) - 1) + [converters or results]
     figure, axes = new_figure((n + 1) // 2, 2, size=(11.0, 1.75 * ((n + 1) // 2) + 0.6))
@@ -82,8 +82,8 @@ def _steps(
     return figure
 
 
-def temperature_steps(runs: Runs) -> Figure:
-    """Figure 6."""
+def temperature_steps(runs: PowerControlRuns) -> Figure:
+    """Figure 6: steps of the temperature."""
     names = {"i": "case i: density 1.225 kg/m³", "ii": "case ii: density of the temperature"}
     converters = runs.temperature.get(CONVERTERS)
     panels = (TEMPERATURE, RATIO, COEFFICIENT, SPEED, AERO, GRID if converters else GENERATED)
@@ -93,8 +93,8 @@ def temperature_steps(runs: Runs) -> Figure:
     return _steps(runs.temperature[PLAIN].results, names, panels, title, electric, stated)
 
 
-def humidity_steps(runs: Runs) -> Figure:
-    """Figure 7."""
+def humidity_steps(runs: PowerControlRuns) -> Figure:
+    """Figure 7: steps of the humidity."""
     names = {
         "i": "case i: 1.225 kg/m³",
         "ii": "case ii: of temperature",
@@ -115,7 +115,7 @@ def _in_winds(columns: Sequence[tuple[str, Mapping[str, Result]]], lines: Mappin
             ax = axes[i, j]
             for k, (name, result) in enumerate(results.items()):
                 if i == 0 and k > 0:
-                    continue  # the wind is the same
+                    continue  # the wind is the same in all cases
                 colour = INK if i == 0 else COLOURS[k]
                 ax.plot(result.time, of(result), color=colour, linewidth=1.0, label=name)
             if what.startswith("b") and lines:
@@ -131,8 +131,8 @@ def _in_winds(columns: Sequence[tuple[str, Mapping[str, Result]]], lines: Mappin
     return figure
 
 
-def climates(runs: Runs) -> Figure:
-    """Figure 20."""
+def climates(runs: PowerControlRuns) -> Figure:
+    """Figure 20: two climates."""
     names = {"i": "case i: 15 °C, 0 %", "ii": "case ii: 35 °C, 30 %"}
     columns = [
         (wind, {words: runs.climate[wind, case] for case, words in names.items()})
@@ -141,8 +141,8 @@ def climates(runs: Runs) -> Figure:
     return _in_winds(columns)
 
 
-def limited(runs: Runs) -> Figure:
-    """Figure 21."""
+def limited(runs: PowerControlRuns) -> Figure:
+    """Figure 21: limited power."""
     names = {"A0": "A0 (case i)", "A1": "A1", "A2": "A2 (case ii)", "A3": "A3"}
     columns = [
         (wind, {names[s]: runs.limited[BLADES, PHYSICAL, wind, s] for s in SCHEMES})

@@ -1,4 +1,4 @@
-"""Our load control and ROSCO's on the same turbine and winds, each relative to its own collective pitch control."""
+"""Load control of meltemi and of ROSCO on the same turbine and winds, each relative to its collective pitch control."""
 
 from __future__ import annotations
 
@@ -17,7 +17,17 @@ from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_exam
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
 from meltemi.papers.he2018.measures import change, percent
-from meltemi.papers.he2018.runs import CLASS_B, PAPER, READINGS, SPEED, Bench, Setup, bench, paper_turbine, wind_of
+from meltemi.papers.he2018.runs import (
+    CLASS_B,
+    PAPER,
+    READINGS,
+    SPEED,
+    LoadControlSetup,
+    TunedTurbine,
+    bench,
+    paper_turbine,
+    wind_of,
+)
 from meltemi.papers.study import Progress
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.rotors import build
@@ -40,26 +50,26 @@ SHOWN = ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "OoPDefl1 std", "TwrBsM
 
 
 @dataclass(frozen=True)
-class Duel:
+class RoscoComparison:
     """Results of the comparison with ROSCO.
 
     Attributes:
-      setup: how much was run.
-      plants: by name, all schemes in all winds.
+      setup: extent of the simulations.
+      plants: comparisons of all schemes in all winds, by name of the plant.
     """
 
-    setup: Setup
+    setup: LoadControlSetup
     plants: Mapping[str, Comparison]
 
 
-def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
-    """ROSCO with collective pitch, individual pitch as in its example, and individual pitch with our loops' phase lead.
+def rosco_schemes(b: TunedTurbine, folder: Path) -> dict[str, Controller]:
+    """ROSCO with collective pitch, individual pitch as in its example, and with the phase lead of our loops.
 
     Args:
-      b: turbine, and our loops for it.
-      folder: for the input files.
+      b: turbine with tuned loops.
+      folder: folder for the input files.
     """
-    # a phase of the harmonic: ROSCO's is an angle of the rotor
+    # phase of the harmonic; ROSCO uses an angle of the rotor
     lead_1p, lead_2p = (t.loop.offset / t.loop.harmonic for t in b.tunings[SCHEMES["ipc2"].loops])
     settings: dict[str, dict[str, Any]] = {
         ROSCO_BASE: {},
@@ -69,14 +79,16 @@ def rosco_schemes(b: Bench, folder: Path) -> dict[str, Controller]:
         "ROSCO 1P, 2P, led": EXAMPLE_2P | {"IPC_KI": (LED * 1e-8, 5e-9), "IPC_aziOffset": (lead_1p, lead_2p)},
     }
     source, library = rosco_example(DISCON), find_rosco()
-    found = {}
+    schemes = {}
     for name, changes in settings.items():
         file = edit_discon(source, folder / f"{name}.IN", LoggingLevel=0, **changes)
-        found[name] = BladedController(b.model.turbine, library, file, name=name)
-    return found
+        schemes[name] = BladedController(b.model.turbine, library, file, name=name)
+    return schemes
 
 
-def duel(setup: Setup, *, workers: int | None = None, progress: Progress = lambda share, what: None) -> Duel:
+def compare_with_rosco(
+    setup: LoadControlSetup, *, workers: int | None = None, progress: Progress = lambda share, what: None
+) -> RoscoComparison:
     """Run the comparison.
 
     Raises:
@@ -102,18 +114,18 @@ def duel(setup: Setup, *, workers: int | None = None, progress: Progress = lambd
                 workers=workers,
                 progress=lambda share, i=i, name=name: progress((i + share) / len(PLANTS), name),  # type: ignore[misc]
             )
-    return Duel(setup, plants)
+    return RoscoComparison(setup, plants)
 
 
 def base_of(scheme: str) -> str:
-    """The collective pitch scheme that is the baseline of a scheme."""
+    """The collective pitch scheme to which a scheme is compared."""
     return ROSCO_BASE if scheme.startswith(ROSCO_BASE) else BASE
 
 
-def duel_tables(found: Duel) -> list[Table]:
-    """One table for each plant: changes relative to collective pitch, and actuator duty."""
+def comparison_tables(comparison: RoscoComparison) -> list[Table]:
+    """Table for each plant: changes relative to collective pitch, and actuator duty."""
     tables = []
-    for plant, c in found.plants.items():
+    for plant, c in comparison.plants.items():
         rows = []
         for scheme in c.schemes:
             base = base_of(scheme)
@@ -123,7 +135,7 @@ def duel_tables(found: Duel) -> list[Table]:
             speed = f"{30.0 / np.pi * c.values('rotor speed std', scheme).mean():.3f}"
             tower = f"{1e-3 * c.values('TwrBsMyt DEL', scheme).mean():.0f}"
             rows.append([scheme, *changes, window, travel, speed, tower])
-        begin, end = found.setup.window
+        begin, end = comparison.setup.window
         head = ["scheme", *SHOWN, f"RootMyc1 DEL {begin:g}-{end:g} s"]
         head += ["pitch travel deg/s", "rotor speed std rpm", "TwrBsMyt DEL kN m"]
         seeds = "1 seed" if len(c.winds) == 1 else f"{len(c.winds)} seeds"
@@ -133,24 +145,24 @@ def duel_tables(found: Duel) -> list[Table]:
 
 
 def brief(table: Table) -> Table:
-    """The table for a terminal."""
+    """The table in short form for the terminal."""
     kept = [table.head.index(name) for name in ("scheme", "RootMyc1 std", "RootMyc1 DEL", "TwrBsMyt DEL")]
     kept.append(table.head.index("pitch travel deg/s"))
     return Table([table.head[i] for i in kept], [[row[i] for i in kept] for row in table.rows], table.caption)
 
 
-def findings(found: Duel) -> list[str]:
-    """Sentences on the DEL of RootMyc1, one for each plant."""
+def findings(comparison: RoscoComparison) -> list[str]:
+    """Sentence on the DEL of RootMyc1 for each plant."""
     lines = []
-    for plant, c in found.plants.items():
+    for plant, c in comparison.plants.items():
 
-        def taken(scheme: str, c: Comparison = c) -> Any:
+        def reduction(scheme: str, c: Comparison = c) -> Any:
             return change(c, "RootMyc1 DEL", scheme, WHOLE, base_of(scheme))
 
-        ahead = {s: int(np.sum(taken("ipc") < taken(s))) for s in ("ROSCO 1P", "ROSCO 1P, led")}
-        mean = {s: f"{taken(s).mean():+.1f} %" for s in (*OURS[1:], *ahead)}
+        ahead = {s: int(np.sum(reduction("ipc") < reduction(s))) for s in ("ROSCO 1P", "ROSCO 1P, led")}
+        mean = {s: f"{reduction(s).mean():+.1f} %" for s in (*OURS[1:], *ahead)}
         n = len(c.winds)
-        held, tower = (
+        speed_std, tower = (
             f"{c.values(q, ROSCO_BASE).mean() / c.values(q, BASE).mean() * 100.0 - 100.0:+.0f}"
             for q in ("rotor speed std", "TwrBsMyt DEL")
         )
@@ -158,16 +170,16 @@ def findings(found: Duel) -> list[str]:
             f"{plant[0].upper()}{plant[1:]}: IPC changes the DEL of RootMyc1 by {mean['ipc']}, with 2P pitch "
             f"{mean['ipc2']}, CPFC {mean['cpfc']}; ROSCO's 1P {mean['ROSCO 1P']}, led {mean['ROSCO 1P, led']}. "
             f"IPC is ahead of ROSCO's 1P in {ahead['ROSCO 1P']} of {n} seeds, of the led one in "
-            f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {held} % and "
-            f"the DEL of TwrBsMyt by {tower} % against ours."
+            f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {speed_std} % "
+            f"and the DEL of TwrBsMyt by {tower} % against ours."
         )
     return lines
 
 
-def chapter(found: Duel) -> Section:
+def chapter(comparison: RoscoComparison) -> Section:
     """The chapter of the page."""
     head = (Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")
-    made = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
-    s = found.setup
-    last = f"*Made with {made}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"
-    return Section("Beside ROSCO", [head.strip(), *duel_tables(found), *findings(found), last])
+    versions = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
+    s = comparison.setup
+    last = f"*Made with {versions}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"
+    return Section("Beside ROSCO", [head.strip(), *comparison_tables(comparison), *findings(comparison), last])
