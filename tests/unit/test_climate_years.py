@@ -18,6 +18,7 @@ from meltemi.environment.drops import water_content
 from meltemi.papers.palanimuthu2022.beyond import climate as part
 from meltemi.papers.palanimuthu2022.beyond.climate import study, years
 from meltemi.reports.blocks import Block, Table
+from meltemi.studies.climate.climates import MONTH_HOURS, load_climate
 from meltemi.studies.climate.response import ICED, SHED, SLOPES, WET, Response, ResponseSetup, WeatherState
 from meltemi.studies.climate.tables import month_table
 from meltemi.studies.climate.weather import periods, read_weather

@@ -20,6 +20,7 @@ from meltemi.papers.study import Draw, Progress
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate import response
+from meltemi.studies.climate.climates import load_climate
 from meltemi.studies.climate.response import ICED, SIDE, Response, ResponseSetup, respond
 from meltemi.studies.climate.tables import (
     energy_table,
