@@ -7,6 +7,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.core.errors import InputError
 from meltemi.report.plots import plot_performance, plot_power_curve, save
 from meltemi.report.tables import power_curve_rows
@@ -20,7 +21,6 @@ from meltemi.reports.turbine_overview import (
     turbine_overview,
 )
 from meltemi.reports.turbine_plots import plot_turbine, turbine_figures
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 if TYPE_CHECKING:
