@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from meltemi.turbulence.statistics import FieldStatistics, SeriesStatistics
 
 
+Rows = tuple[list[str], list[list[str]]]
+"""Header and rows of a table."""
+
+
 class Number(str):
     """Formatted number that keeps its value: tables show a few digits, files all of them."""
 
@@ -36,7 +40,7 @@ def number(value: float) -> str:
     return text
 
 
-def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
+def statistics_rows(result: Result) -> Rows:
     """Header and rows of the statistics of a result, in engineering units.
 
     Raises:
@@ -82,7 +86,7 @@ def early_extremes(result: Result) -> str:
     return f"extremes occur in the first seconds and may depend on the start ({names}): set transient to exclude them"
 
 
-def field_rows(field: FieldStatistics) -> tuple[list[str], list[list[str]]]:
+def field_rows(field: FieldStatistics) -> Rows:
     """Header and rows of the statistics of a field: hub, grid mean, smallest and largest value of its points.
 
     Of the grid, means, deviations and intensities are averages over its points, minimum and maximum are the extremes,
@@ -112,7 +116,7 @@ def field_rows(field: FieldStatistics) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def series_rows(series: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
+def series_rows(series: SeriesStatistics) -> Rows:
     """Header and rows of the statistics of a uniform wind, directions in degrees."""
     from meltemi.wind.velocity import WindNow
 
@@ -202,9 +206,7 @@ def is_disk(point: OperatingPoint) -> bool:
     return "aerodynamic_power" in point.channels
 
 
-def power_curve_rows(
-    points: Sequence[OperatingPoint], failures: Mapping[float, str] | None = None
-) -> tuple[list[str], list[list[str]]]:
+def power_curve_rows(points: Sequence[OperatingPoint], failures: Mapping[float, str] | None = None) -> Rows:
     """Header and rows of a power curve in engineering units; rows of failed wind speeds [m/s] are marked."""
     wanted = POWER_CURVE | (DISK_CURVE if is_disk(points[0]) else {})
     channels = [points[0].channels[name] for name in wanted if name in points[0].channels]
@@ -214,7 +216,7 @@ def power_curve_rows(
     return head, [[number(speed), *rows[speed]] for speed in sorted(rows)]
 
 
-def campbell_rows(diagram: Campbell) -> tuple[list[str], list[list[str]]]:
+def campbell_rows(diagram: Campbell) -> Rows:
     """Header and rows of a Campbell diagram, one per mode and operating point."""
     head = ["mode", "wind m/s", "rotor rpm", "pitch deg", "frequency Hz", "damping %", "energy"]
     operation = (diagram.wind_speed, diagram.rotor_speed * 30.0 / math.pi, diagram.pitch * 180.0 / math.pi)

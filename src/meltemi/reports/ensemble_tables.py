@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from math import isnan, nan
 
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate
-from meltemi.report.tables import number
+from meltemi.report.tables import Rows, number
 
 
-def ensemble_rows(
-    table: EnsembleTable, units: Mapping[str, tuple[str, float]] | None = None
-) -> tuple[list[str], list[list[str]]]:
+def ensemble_rows(table: EnsembleTable, units: Mapping[str, tuple[str, float]] | None = None) -> Rows:
     """Header and rows of an ensemble, one per quantity and scheme, for ``rich_table`` and ``write_csv``.
 
     Changes are in percent; the half-width of its interval follows each number, empty where there is none.

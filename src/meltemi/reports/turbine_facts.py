@@ -6,6 +6,7 @@ import math
 
 from meltemi.analyses.modes import Mode
 from meltemi.report import tables
+from meltemi.report.tables import Rows
 from meltemi.reports.turbine_overview import PowerTurbineOverview, TurbineOverview, masses
 from meltemi.turbine.power_turbine import AnyTurbine
 
@@ -119,7 +120,7 @@ def fact_rows(overview: TurbineOverview | PowerTurbineOverview) -> list[list[str
     return [[name if i == 0 else "", *row] for name, facts in turbine_facts(overview) for i, row in enumerate(facts)]
 
 
-def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
+def mode_rows(modes: tuple[Mode, ...]) -> Rows:
     """Header and rows of natural modes."""
     rows = [
         [str(i + 1), mode.participation(), number(mode.frequency / (2.0 * math.pi)), number(100.0 * mode.damping)]

@@ -15,7 +15,7 @@ from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.postprocess.ensemble import CONFIDENCE
 from meltemi.report.palette import INK
 from meltemi.report.plots import ABOVE, new_figure, plot, readable_unit, save
-from meltemi.report.tables import number, write_csv
+from meltemi.report.tables import Rows, number, write_csv
 from meltemi.reports.blocks import Code, Document, Picture, Section, Table
 from meltemi.reports.ensemble_tables import UNDECIDED, change_text, ensemble_rows, scheme_rows
 from meltemi.reports.html import write_page
@@ -79,7 +79,7 @@ def by_blade(comparison: Comparison) -> bool:
     return any(differ(comparison.results(scheme)) for scheme in comparison.schemes)
 
 
-def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
+def ceiling_rows(comparison: Comparison) -> Rows:
     """Header and rows of ideal removal of 1P, and of 1P and 2P, and the share of it that each scheme reaches."""
     base, *others = comparison.schemes
     table, units = comparison.table(), comparison.units()
@@ -97,7 +97,7 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
+def seed_rows(comparison: Comparison) -> Rows:
     """Header and rows of all quantities by seed and scheme."""
     head = ["seed", "scheme", *(f"{q.name} [{q.unit}]" for q in comparison.quantities), "wind"]
     rows = []
@@ -109,7 +109,7 @@ def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def tuning_rows(tunings: Mapping[str, LoopTuning]) -> tuple[list[str], list[list[str]]]:
+def tuning_rows(tunings: Mapping[str, LoopTuning]) -> Rows:
     """Header and rows of every loop at every operating point: plant, margins, settings."""
     rows = []
     for name, tuning in tunings.items():

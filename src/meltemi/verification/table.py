@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from meltemi.core.files import write_text
 from meltemi.core.units import display
-from meltemi.report.tables import number
+from meltemi.report.tables import Rows, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -161,7 +161,7 @@ class CheckTable:
         """The comparison with the verdict of each row."""
         return replace(self, rows=[row.judged(self.name, known) for row in self.rows])
 
-    def head_and_rows(self) -> tuple[list[str], list[list[str]]]:
+    def head_and_rows(self) -> Rows:
         """Table for the terminal: for each quantity the case with the largest deviation."""
         head = ["quantity", "worst case", "cases", "reference", "ours", "unit", "deviation", "band", "verdict"]
         if self.beside:

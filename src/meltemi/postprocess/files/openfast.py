@@ -145,18 +145,9 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
     water, numbered = ("platform", "line") if floats else ("sea", "pile_station")
     every = catalogue(Contents(further=disk))
     if names:
-        every = catalogue(
-            Contents(
-                3,
-                last,
-                last,
-                last,
-                flaps=MAX_FLAPS,
-                gears=(0, GEARS),
-                further=sum(map(channels_of_group, ("electrical", water)), channels_of_group(numbered, min(last, 9)))
-                + disk,
-            )
-        )
+        stations = channels_of_group(numbered, min(last, 9))
+        further = sum(map(channels_of_group, ("electrical", water)), stations) + disk
+        every = catalogue(Contents(3, last, last, last, flaps=MAX_FLAPS, gears=(0, GEARS), further=further))
         every |= catalogue(Contents(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
     known = {name.lower(): channel for channel in every.values() for name in channel.names}
     for name in names:  # coordinates have names of their model

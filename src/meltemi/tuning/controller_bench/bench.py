@@ -17,6 +17,7 @@ from meltemi.postprocess.ensemble import (
     mean_interval,
     rayleigh_weights,
 )
+from meltemi.report.tables import Rows
 from meltemi.tuning.controller_bench.margins import OpenLoop
 from meltemi.tuning.controller_bench.suite import BenchCase, BenchLimits
 from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, LoopMargins, Standing, decibel
@@ -193,7 +194,7 @@ class ControllerBench(Brief):
         table = tables.criteria_table(verdicts)
         cells = [[badge(str(c), c.kind) if isinstance(c, Marked) else str(c) for c in row] for row in table.rows]
 
-        def fold(title: str, rows: tables.Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
+        def fold(title: str, rows: Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
             return Fold(title, rows[1], [" ".join(h.split()) for h in rows[0]], note=note, open=open)
 
         against = f"changes are against {self.reference}"

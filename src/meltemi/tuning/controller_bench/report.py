@@ -12,7 +12,7 @@ from typing import Any
 
 from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.tables import markdown_table, number, write_csv
+from meltemi.report.tables import Rows, markdown_table, number, write_csv
 from meltemi.reports import blocks
 from meltemi.reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Marked, Section, Table
 from meltemi.reports.ensemble_tables import change_text
@@ -20,7 +20,6 @@ from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
 from meltemi.tuning.controller_bench import tables
 from meltemi.tuning.controller_bench.bench import ControllerBench
-from meltemi.tuning.controller_bench.tables import Rows
 from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, decibel
 
 RADAR = {

@@ -7,13 +7,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import EnsembleTable
-from meltemi.report.tables import number
+from meltemi.report.tables import Rows, number
 from meltemi.reports.blocks import Cell, Marked, Table
 from meltemi.reports.ensemble_tables import change_text
 from meltemi.tuning.controller_bench.margins import OpenLoop
 from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, LoopMargins, Standing, decibel
 
-Rows = tuple[list[str], list[list[str]]]
 Verdicts = Mapping[str, Sequence[CriterionVerdict]]
 
 MOMENT = display("N m")
