@@ -121,7 +121,7 @@ def run(
     yaw: Annotated[float | None, "Yaw of the nacelle [deg], counter-clockwise from above [0]."] = None,
     transient: Annotated[float | None, "Initial transient, excluded from statistics [s] [0]."] = None,
     outb: Annotated[bool, "Also write the result as OpenFAST's binary output."] = False,
-    seen: Annotated[bool, "--view", "Also write the turbine in three dimensions (HTML)."] = False,
+    with_view: Annotated[bool, "--view", "Also write the turbine in three dimensions (HTML)."] = False,
     save_state: Annotated[Path | None, "Save the state at the end, for --continue."] = None,
     resume: Annotated[Path | None, "--continue", "Continue the same case from a saved state."] = None,
     until: Annotated[float | None, "Stop at this time [s], before the end of the case."] = None,
@@ -149,7 +149,7 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):
-        described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
+        described = replace(case_run(case, turbine, folder, Path(kept)), view=with_view or case.view)
         if not written:
             described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
@@ -449,7 +449,7 @@ def campbell(
     speeds: Annotated[str | None, "--wind-speeds", "Wind speeds [m/s], e.g. 4,6,8 or 4:24:2."] = None,
     rotor_speeds: Annotated[str | None, "Instead: rotor speeds [rpm], in vacuum; 0 is standstill."] = None,
     vacuum: Annotated[bool, "Structure in vacuum, generator speed constant."] = False,
-    seen: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
+    with_view: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute natural frequencies and damping ratios: table, plot, CSV."""
@@ -495,7 +495,7 @@ def campbell(
         print(f"{len(shown)} of {last + 1} operating points; campbell.csv has all of them")
     figure = meltemi.plots.plot_campbell(diagram, described.name)
     wrote(*write_results(out / "campbell", campbell_rows(diagram), figure))
-    if seen:
+    if with_view:
         wrote(meltemi.plots.modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)
     if turns:

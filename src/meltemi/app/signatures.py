@@ -7,7 +7,7 @@ A parameter without a default is an argument of the command, one with a default 
         seeds: Annotated[int, "Number of wind fields.", Range(1, 1000)] = 2,
         deep_stall: Annotated[Literal["given", "plate"], "Polars in deep stall."] = "given",
         channels: Annotated[tuple[str, ...], "Channels, separated by commas."] = (),
-        seen: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
+        with_view: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
     ) -> None:
 
 The type is followed by the help, other names of the option, which begin with ``-``, the completion of its values in

@@ -98,19 +98,19 @@ def _power_sections(overview: PowerTurbineOverview, picture: Path) -> list[Secti
     return sections
 
 
-def _sections(seen: TurbineOverview, picture: Path) -> list[Section]:
+def _sections(overview: TurbineOverview, picture: Path) -> list[Section]:
     """Sections of the page of an aeroelastic turbine."""
-    pictures = {name: _picture(figure, CAPTIONS[name]) for name, figure in turbine_figures(seen).items()}
-    operation = [Table(*power_curve_rows(seen.curve), text_columns=0)] if seen.curve else []
+    pictures = {name: _picture(figure, CAPTIONS[name]) for name, figure in turbine_figures(overview).items()}
+    operation = [Table(*power_curve_rows(overview.curve), text_columns=0)] if overview.curve else []
     sections = [
         Section("Overview", [Picture(picture, "Summary figure.")]),
-        Section("Main data", [_numbers(seen)]),
+        Section("Main data", [_numbers(overview)]),
         *(Section(name.capitalize(), [pictures[name]]) for name in ("blade", "tower", "polars", "rotor")),
         Section("Operation", [pictures["operation"], *operation]),
     ]
-    if seen.modes:
+    if overview.modes:
         text = "Modes of the turbine at rest and in vacuum, with locked generator; amplitudes in m and rad."
-        sections.append(Section("Modes", [text, Table(*mode_rows(seen.modes), text_columns=2)]))
+        sections.append(Section("Modes", [text, Table(*mode_rows(overview.modes), text_columns=2)]))
     return sections
 
 
