@@ -146,8 +146,8 @@ def campbell(
                 done(i, STEADY_SHARE)
             if air:
                 turned = partial(_shifted, partial(done, i))
-                held = replace(model, locked=locked)
-                modes = linearise(held, point, (), (), azimuths=azimuths, progress=turned).modes()
+                locked_model = replace(model, locked=locked)
+                modes = linearise(locked_model, point, (), (), azimuths=azimuths, progress=turned).modes()
             else:
                 _, speed, pitch = where_now
                 modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)

@@ -131,14 +131,14 @@ class LinearModel(Brief):
         share = factor[motion].sum(axis=0) / factor.sum(axis=0)
         names = tuple(self.states[i][2:] for i in place)
         energy = factor[place] + factor[[self.states.index(f"v {name}") for name in names]]
-        found = []
+        modes = []
         for i in np.argsort(np.abs(value)):
             if value[i].imag > 1e-6 and share[i] >= structural and len(place):
                 shape = right[place, i]
                 shape = shape / shape[np.argmax(np.abs(shape))]
                 damping = float(-value[i].real / abs(value[i]))
-                found.append(Mode(float(abs(value[i])), damping, names, shape, energy[:, i]))
-        return found
+                modes.append(Mode(float(abs(value[i])), damping, names, shape, energy[:, i]))
+        return modes
 
     @one_blas_thread
     def response(self, s: ArrayLike) -> NDArray[np.complex128]:
@@ -157,14 +157,14 @@ class LinearModel(Brief):
         T, U = self._schur
         left, right = self.C @ U, np.asfortranarray(U.conj().T @ self.B)
         shifted, diagonal = np.asfortranarray(-T), np.diag(T).copy()
-        found = []
+        responses = []
         for at in np.atleast_1d(np.asarray(s)):
             np.fill_diagonal(shifted, at - diagonal)
             x, pole = ztrtrs(shifted, right)
             if pole:
                 raise np.linalg.LinAlgError(f"response: {at} is a pole")
-            found.append(left @ x + self.D)
-        return np.array(found, dtype=np.complex128)
+            responses.append(left @ x + self.D)
+        return np.array(responses, dtype=np.complex128)
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
@@ -337,8 +337,8 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
     x += [Variable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
     for row, begins, units, rate in (("angle", "q", "rad", "rate"), ("rate", "v", "rad/s", "acceleration")):
         for k in range(case["gears"].shape[1]):
-            own, grows = (_place(case, "gears", r, k) for r in (row, rate))
-            x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
+            states, grows = (_place(case, "gears", r, k) for r in (row, rate))
+            x.append(Variable(f"{begins} gear mode {k + 1}", units, ((states, 1.0),), grows))
     for array, table, active in _air(case, point, azimuths):
         for f, b, n in np.argwhere(active):
             entry = table.rows[f]
@@ -400,8 +400,8 @@ def _actuator_states(
     x, highest = [], MOTION[len(coefficients)]
     for c, (row, rate, what, unit) in zip(coefficients, ACTUATOR_STATES, strict=False):
         for b in range(case.model.n_blades):
-            own, push, grows = (_place(case, array, r, *which, b) for r in (row, highest, rate))
-            x.append(Variable(f"blade {b + 1} {name}{what}", unit, ((own, 1.0), (push, -c)), grows))
+            states, push, grows = (_place(case, array, r, *which, b) for r in (row, highest, rate))
+            x.append(Variable(f"blade {b + 1} {name}{what}", unit, ((states, 1.0), (push, -c)), grows))
     return x
 
 
@@ -464,22 +464,22 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     for name, (column, value) in columns.items():
         i = WindNow.index(column)
         known[name] = Variable("", WindNow.rows[i].unit, ((("series", i), 1.0),), value=value)
-    found = []
+    inputs = []
     for name in names:
         if name not in known:
             raise InputError(f"linearise: no input {name!r}: {did_you_mean(name, known)}")
-        found.append(Variable(name, known[name].unit, known[name].moves, value=known[name].value))
-    return found
+        inputs.append(Variable(name, known[name].unit, known[name].moves, value=known[name].value))
+    return inputs
 
 
 def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
-    found = []
+    outputs = []
     for channel in channels:
         array, what = channel.source
         if channel.wrap or array == "demands" or (array, what) in (("q", "generator"), ("summary", "time")):
             raise InputError(f"linearise: {channel.name!r} is not an output of a linear model")
-        found.append(Variable(channel.name, channel.unit, shows=("signals", case.place(channel))))
-    return found
+        outputs.append(Variable(channel.name, channel.unit, shows=("signals", case.place(channel))))
+    return outputs
 
 
 def _blade_of(name: str) -> tuple[str, int, str] | None:

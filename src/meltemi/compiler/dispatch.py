@@ -84,8 +84,8 @@ class Hook(Variants[P, None]):
     def of(self, record: type[Record]) -> Callable[..., None]:
         """The variants for a class of records, one after the other."""
         if record not in self.chains:
-            found = self.called(record)
-            self.chains[record] = found[0] if len(found) == 1 else in_turn(found, self.parameters)
+            called = self.called(record)
+            self.chains[record] = called[0] if len(called) == 1 else in_turn(called, self.parameters)
         return self.chains[record]
 
 
@@ -159,12 +159,12 @@ def _hints(function: Callable[..., Any]) -> dict[str, Any]:
 @cache
 def _does_the_same(function: Callable[..., Any], record: type[Record], base: type[Record]) -> bool:
     """Whether all variants that a kernel reaches are the same for a class of records and for a base of it."""
-    seen, ahead = set[Any](), [function]
+    visited, ahead = set[Any](), [function]
     while ahead:
         one = ahead.pop()
-        if one in seen:
+        if one in visited:
             continue
-        seen.add(one)
+        visited.add(one)
         for each in _mentioned(one):
             called = [each]
             if isinstance(each, Variants):

@@ -26,14 +26,14 @@ def linked_code(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
       kinds: Numba's types of its arguments.
     """
     linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
-    found: list[Any] = []
-    linked.add_overload = found.append
+    libraries: list[Any] = []
+    linked.add_overload = libraries.append
     linked.compile(tuple(kinds))
-    library = found[0].library
+    library = libraries[0].library
     with global_compiler_lock:
         library._ensure_finalized()  # links what it calls
         super(linking.LinkedLibrary, library)._optimize_final_module()
-        return str(library._get_module_for_linking()), found[0].fndesc.llvm_func_name
+        return str(library._get_module_for_linking()), libraries[0].fndesc.llvm_func_name
 
 
 @contextmanager

@@ -151,12 +151,12 @@ def announce() -> bool:
       Whether it was said.
     """
     global _looked
-    told = not (_looked or numba.config.DISABLE_JIT) and is_cold()
+    announced = not (_looked or numba.config.DISABLE_JIT) and is_cold()
     _looked = True
-    if told:
+    if announced:
         _FEATURES_TOLD.add(FEATURE)
         print(COLD, file=sys.stderr, flush=True)
-    return told
+    return announced
 
 
 PATIENCE = 1.0

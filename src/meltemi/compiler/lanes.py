@@ -456,11 +456,11 @@ def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     for length, i in zip(shape[1:], at[1:], strict=True):
         flat = builder.add(builder.mul(flat, splat(builder, length)), builder.sext(i, _VL))
     entry = context.get_data_type(kind.dtype)
-    found = ir.Constant(ir.VectorType(entry, WIDTH), ir.Undefined)
+    vector = ir.Constant(ir.VectorType(entry, WIDTH), ir.Undefined)
     for k in range(WIDTH):
         place = builder.gep(array.data, [builder.extract_element(flat, _I32(k))], source_etype=entry)
-        found = builder.insert_element(found, builder.load(place, typ=entry), _I32(k))
-    return found if kind.dtype == types.float64 else builder.fpext(found, _VF)
+        vector = builder.insert_element(vector, builder.load(place, typ=entry), _I32(k))
+    return vector if kind.dtype == types.float64 else builder.fpext(vector, _VF)
 
 
 class _Neighbours(AbstractTemplate):

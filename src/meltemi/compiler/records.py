@@ -63,20 +63,20 @@ class Member(NamedTuple):
 @cache
 def members(record: Any) -> dict[str, Member]:
     """Members of a record by name, from its annotations: those of its first base come first, in their order."""
-    found: dict[str, Member] = {}
+    result: dict[str, Member] = {}
     for base in record.__bases__ if record is not object else ():
-        found |= members(base)
+        result |= members(base)
     for name, hint in get_type_hints(record, include_extras=True).items():
         kind, *marks = get_args(hint) if get_origin(hint) is Annotated else (hint,)
         if isinstance(kind, type) and issubclass(kind, Table):
             lanes = SINGLE not in marks and kind.axes[-1:] == ("node",)
             dtype = np.int64 if kind.integer else np.float64
-            found[name] = Member(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
+            result[name] = Member(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
         else:
             (ndim,) = (mark for mark in marks if isinstance(mark, int))
             dtype = next((t for t in (np.float32, np.int64) if t.__name__ in str(kind)), np.float64)  # type: ignore[assignment]
-            found[name] = Member(None, dtype, ndim, NODES in marks, CONSTANT in marks)
-    return found
+            result[name] = Member(None, dtype, ndim, NODES in marks, CONSTANT in marks)
+    return result
 
 
 class Record:
@@ -129,8 +129,8 @@ def joined(*classes: Any) -> Any:
     if len(kept) == 1:
         return kept[0]
     name = "+".join(f"{each.__module__}:{each.__qualname__}".replace(".", "/") for each in kept)
-    globals()[name] = made = type(name, tuple(kept), {"__module__": __name__})
-    return made
+    globals()[name] = cls = type(name, tuple(kept), {"__module__": __name__})
+    return cls
 
 
 def __getattr__(name: str) -> Any:

@@ -204,9 +204,9 @@ class _Rows:
             return (*at, self.first)
         if self.outer:
             return (self.first + self.outer * at[0], *at[1:])
-        own, others = at[: len(self.lengths)], at[len(self.lengths) :]
+        leading, others = at[: len(self.lengths)], at[len(self.lengths) :]
         place = 0
-        for i, n in zip(own, self.lengths, strict=True):
+        for i, n in zip(leading, self.lengths, strict=True):
             place = place * n + i
         return (self.first + place, *others)
 

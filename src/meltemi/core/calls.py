@@ -36,9 +36,9 @@ def arguments_of(record: Callable[P, S]) -> Callable[[Callable[[S], R]], Callabl
 
         shown = inspect.signature(record).replace(return_annotation=function.__annotations__["return"])
         kinds = [kind for kind in inspect.getmro(cast("type", record)) if is_dataclass(kind)]  # with what they inherit
-        told = "\n".join(inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2] for kind in kinds)
+        attributes = "\n".join(inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2] for kind in kinds)
         summary, section, rest = inspect.cleandoc(function.__doc__ or "").partition("\nReturns:\n")
-        call.__doc__ = f"{summary}\nArgs:\n{told}\n{section}{rest}"
+        call.__doc__ = f"{summary}\nArgs:\n{attributes}\n{section}{rest}"
         vars(call)["__signature__"], vars(call)["__record__"] = shown, record
         del vars(call)["__wrapped__"]  # its signature is another one
         return call

@@ -32,8 +32,8 @@ def reading(path: Path, largest: int | None = None) -> Iterator[tuple[BinaryIO, 
     except (OSError, ValueError) as error:  # ValueError: a null character
         raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if not stat.S_ISREG(kind):  # a pipe would wait for its writer when it is opened
-        found = "a folder" if stat.S_ISDIR(kind) else "a device or a pipe"
-        raise InputError(f"{path}: cannot be read (it is {found}, expected a file)")
+        what = "a folder" if stat.S_ISDIR(kind) else "a device or a pipe"
+        raise InputError(f"{path}: cannot be read (it is {what}, expected a file)")
     try:
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size

@@ -34,8 +34,8 @@ class Range(NamedTuple):
 
 def usual_range(description: str | None) -> Range | None:
     """The usual range in a description, if there is one."""
-    found = re.search(r"\[([^\];]*); ([-+.\de]+) to ([-+.\de]+)( at 100 m)?\]", description or "")
-    return found and Range(found[1], float(found[2]), float(found[3]), _similarity(found[1]) if found[4] else None)
+    match = re.search(r"\[([^\];]*); ([-+.\de]+) to ([-+.\de]+)( at 100 m)?\]", description or "")
+    return match and Range(match[1], float(match[2]), float(match[3]), _similarity(match[1]) if match[4] else None)
 
 
 def _similarity(unit: str) -> int:
@@ -58,7 +58,7 @@ def unusual_numbers(record: Record, where: str = "", diameter: float | None = No
     Args:
       where: key path of the record; diameter: [m] of the rotor, without which ranges that go with it are left out.
     """
-    told: set[tuple[type[Record], str]] = set()
+    reported: set[tuple[type[Record], str]] = set()
     todo = [(where, record)]
     for place, each in todo:
         for name, usual, default in _fields(type(each)):
@@ -70,11 +70,11 @@ def unusual_numbers(record: Record, where: str = "", diameter: float | None = No
                 todo += [(f"{key}.{i}", inner) for i, inner in pairs if isinstance(inner, Record)]
             elif usual is not None and value is not None and value is not default and not isinstance(value, str):
                 size = 1.0 if usual.power is None else ((diameter or np.nan) / AT) ** usual.power
-                found = float(np.abs(value).max() if isinstance(value, np.ndarray | tuple) else abs(value))
+                magnitude = float(np.abs(value).max() if isinstance(value, np.ndarray | tuple) else abs(value))
                 least, most = usual.least * size, usual.most * size
-                if found and (found < least or found > most) and (type(each), name) not in told:
-                    told.add((type(each), name))
+                if magnitude and (magnitude < least or magnitude > most) and (type(each), name) not in reported:
+                    reported.add((type(each), name))
                     unit = "" if usual.unit in ("", "-") else f" {usual.unit}"
-                    turned = f" ({in_degrees(found, usual.unit)})" if usual.unit in ANGULAR else ""
+                    turned = f" ({in_degrees(magnitude, usual.unit)})" if usual.unit in ANGULAR else ""
                     of = f" for a rotor of {diameter:.3g} m" if usual.power else ""
-                    yield f"{key}: {found:.4g}{unit}{turned} is unusual; usual is {least:.2g} to {most:.2g}{unit}{of}"
+                    yield f"{key}: {magnitude:.4g}{unit}{turned} is unusual; usual is {least:.2g} to {most:.2g}{unit}{of}"

@@ -78,14 +78,14 @@ def check_reach(platform: Platform, where: str, level: float = 0.0) -> None:
     Raises:
       InputError: they are too short.
     """
-    found, lines = [], platform.lines
+    problems, lines = [], platform.lines
     for row in strings(lines, platform.points):
         ends = lines[row[0]].fairlead, lines[row[-1]].anchor
         fixed = [x + up for x, up in zip(ends, (level * np.eye(3)[2], 0.0), strict=True) if not isinstance(x, str)]
-        found.append((row, fixed, next((x for x in ends if isinstance(x, str)), "")))
-    ways = [(row, fixed) for row, fixed, point in found if not point]
+        problems.append((row, fixed, next((x for x in ends if isinstance(x, str)), "")))
+    ways = [(row, fixed) for row, fixed, point in problems if not point]
     # two strings that meet in a free point
-    ways += [(a[0] + b[0], a[1] + b[1]) for a, b in combinations(found, 2) if a[2] and a[2] == b[2]]
+    ways += [(a[0] + b[0], a[1] + b[1]) for a, b in combinations(problems, 2) if a[2] and a[2] == b[2]]
     for which, (first, last) in ways:
         length = sum(lines[k].length for k in which)
         strain = float(np.linalg.norm(first - last)) / length - 1.0
@@ -112,8 +112,8 @@ def turbine_weight(turbine: Any) -> tuple[float, float]:
 
 def lines_load(platform: Platform, motion: Float) -> Float:
     """(6,) [N], [N m] of the lines on the platform's point in a small motion (6,) [m], [rad]."""
-    own = np.array([np.zeros(3) if isinstance(line.fairlead, str) else line.fairlead for line in platform.lines])
-    own = own.reshape(-1, 3)
-    r = own + np.cross(motion[3:], own)
+    fairleads = np.array([np.zeros(3) if isinstance(line.fairlead, str) else line.fairlead for line in platform.lines])
+    fairleads = fairleads.reshape(-1, 3)
+    r = fairleads + np.cross(motion[3:], fairleads)
     rest = at_rest(platform.lines, platform.points, platform.depth, platform.water_density, motion[:3] + r)
     return np.concatenate([rest.force.sum(axis=0), np.cross(r, rest.force).sum(axis=0)])

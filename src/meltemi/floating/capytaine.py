@@ -74,8 +74,8 @@ def _coefficients(content: h5py.File, path: Path) -> Coefficients:
     C, mass = array("hydrostatic_stiffness", *motions) / (rho * g), float(array("inertia_matrix", *motions)[0, 0])
     centre, R = np.asarray(content["center_of_mass"]), np.asarray(content["rotation_center"])
     water = C - tilt_stiffness(centre - R, -mass / rho)  # a body's own mass need not be that of the water displaced
-    found = Coefficients(w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water)
-    return about_still_water(found, R, float(content["disp_mass"][()]) / rho)
+    coefficients = Coefficients(w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water)
+    return about_still_water(coefficients, R, float(content["disp_mass"][()]) / rho)
 
 
 def _motions(names: Any, path: Path) -> list[int]:

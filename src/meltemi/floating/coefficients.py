@@ -50,16 +50,16 @@ def read_coefficients(name: str) -> Coefficients:
         with np.load(BytesIO(bytes_of(path, LARGEST)), allow_pickle=False) as data:
             names = [f.name for f in fields(Coefficients) if f.name in data or not f.name.startswith("sums")]
             single: dict[str, Any] = {name: data[name] for name in names}
-            found = {name: a.astype(np.result_type(a.dtype, np.float64)) for name, a in single.items()}
-            if found["drift"].ndim == 3:  # files of one heading, or none
-                found["drift"] = found["drift"][None][: len(found["drift_heading"])]
-            made = Coefficients(**found)
+            arrays = {name: a.astype(np.result_type(a.dtype, np.float64)) for name, a in single.items()}
+            if arrays["drift"].ndim == 3:  # files of one heading, or none
+                arrays["drift"] = arrays["drift"][None][: len(arrays["drift_heading"])]
+            coefficients = Coefficients(**arrays)
     except DAMAGED as error:
         raise InputError(
             f"{path}: not a file of coefficients, or damaged ({error}); let meltemi import write it again"
         ) from None
-    _check(path, made)
-    return made
+    _check(path, coefficients)
+    return coefficients
 
 
 DAMAGED = (
@@ -83,8 +83,8 @@ def _check(path: Path, c: Coefficients) -> None:
     for name, shape in shapes.items():
         array = getattr(c, name)
         if array.shape != shape or not np.all(np.isfinite(array)):
-            found = "values that are not finite" if array.shape == shape else f"shape {array.shape}"
-            raise InputError(f"{path}: {name}: expected finite numbers of shape {shape}, found {found}")
+            problem = "values that are not finite" if array.shape == shape else f"shape {array.shape}"
+            raise InputError(f"{path}: {name}: expected finite numbers of shape {shape}, found {problem}")
     for name in ("frequency", "heading"):
         values = getattr(c, name)
         if not len(values) or np.any(np.diff(values) <= 0.0):
@@ -165,7 +165,7 @@ def _table(path: Path, end: str, least: int, modes: slice) -> tuple[Float, NDArr
         raise InputError(f"{name}: expected at least {least} numbers in a row, found none; is it a file of WAMIT?")
     width = max(map(len, rows))
     table = np.array([row + [0.0] * (width - len(row)) for row in rows])
-    found = table[:, modes].T.astype(np.int64) - 1
-    if found.min() < 0 or found.max() > 5:
-        raise InputError(f"{name}: modes must be from 1 to 6 (one body), found {found.min() + 1} to {found.max() + 1}")
-    return table, found
+    columns = table[:, modes].T.astype(np.int64) - 1
+    if columns.min() < 0 or columns.max() > 5:
+        raise InputError(f"{name}: modes must be from 1 to 6 (one body), found {columns.min() + 1} to {columns.max() + 1}")
+    return table, columns

@@ -45,14 +45,14 @@ def check_coefficients(c: Coefficients, platform: Platform, where: str) -> None:
             "expected the point on the tower's axis at still water; compute the coefficients about it (Capytaine: "
             "rigid_body_dofs(rotation_center=(0, 0, 0)), or give its dataset .nc, which says its point)"
         )
-    volume, found, known = long_wave_stiffness(c, k[0])
+    volume, stiffness, known = long_wave_stiffness(c, k[0])
     weight = -platform.mass / platform.water_density * platform.centre[2]
-    if abs(volume / platform.volume - 1.0) > KNOWN or abs(weight) < HEAVY * abs(found):
+    if abs(volume / platform.volume - 1.0) > KNOWN or abs(weight) < HEAVY * abs(stiffness):
         return
-    if (known - found) / weight > 0.5:
+    if (known - stiffness) / weight > 0.5:
         raise InputError(
             f"{where}: stiffness in roll or pitch is {known:.4g} m^4 (over density and gravity); that of the water is "
-            f"{found:.4g} by the excitation of long waves, and the platform's weight adds {weight:.4g}: give the water "
+            f"{stiffness:.4g} by the excitation of long waves, and the platform's weight adds {weight:.4g}: give the water "
             "alone in .hst (WAMIT: VCG 0; Capytaine: its dataset .nc, or center_of_mass (0, 0, 0))"
         )
 
@@ -79,9 +79,9 @@ def long_wave_stiffness(c: Coefficients, k: float) -> tuple[float, float, float]
     turn = np.column_stack([-np.sin(b), np.cos(b)])
     added = c.added_mass[0]
     volume = force[0].real - np.einsum("hi,ij,hj->h", push, added[:2, :2], push)
-    found = moment[0].real - np.einsum("hi,ij,hj->h", turn, added[3:5, :2], push)
+    stiffness = moment[0].real - np.einsum("hi,ij,hj->h", turn, added[3:5, :2], push)
     known = np.einsum("hi,ij,hj->h", turn, c.hydrostatic[3:5, 3:5], turn)
-    return float(volume.mean()), float(found.mean()), float(known.mean())
+    return float(volume.mean()), float(stiffness.mean()), float(known.mean())
 
 
 def _along_waves(heading: Float, X: NDArray[np.complex128]) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:

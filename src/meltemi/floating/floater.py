@@ -138,10 +138,10 @@ def water_load(t: float, m: FloaterSystem) -> None:
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
     a, angle, R = m.float_waves, p.angle, m.base.orientation
-    own, turning = R.T @ p.velocity, R.T @ p.spin
-    keep_six(OWN_VELOCITY, own, turning, m)
+    velocity, turning = R.T @ p.velocity, R.T @ p.spin
+    keep_six(OWN_VELOCITY, velocity, turning, m)
     keep_six(PLACE, p.displacement, angle, m)
-    keep_six(AGAINST_CURRENT, own - R.T @ f.current, turning, m)
+    keep_six(AGAINST_CURRENT, velocity - R.T @ f.current, turning, m)
     p.elevation = at(now, a, 0)
     for k in range(6):
         water = at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
@@ -175,10 +175,10 @@ def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
     first = base_row(m)
     for k in range(6):
         T, W = column(k, m)
-        own = M @ (T + cross(W, r))
+        momentum = M @ (T + cross(W, r))
         for j in range(k + 1):
             T, W = column(j, m)
-            m.core_mass[first + k, first + j] += dot(own, T + cross(W, r))
+            m.core_mass[first + k, first + j] += dot(momentum, T + cross(W, r))
 
 
 @kernel
@@ -211,10 +211,10 @@ def move_junction(n: int, m: FloaterSystem) -> None:
     s.load[n] = F - (drag * sqrt(dot(v, v))) * v
     for k in range(6):
         T, W = column(k, m)
-        own = M @ joint_motion(n, T, W, m)
+        coupling = M @ joint_motion(n, T, W, m)
         for j in range(k + 1):
             T, W = column(j, m)
-            m.core_mass[first + k, first + j] += dot(own, joint_motion(n, T, W, m))
+            m.core_mass[first + k, first + j] += dot(coupling, joint_motion(n, T, W, m))
 
 
 @by_record
@@ -477,9 +477,9 @@ class FloaterPart(Part):
         Raises:
           InputError: as of :meth:`in_sea`.
         """
-        found = self.in_sea(still, 1.0, (0.0, 0.0), gravity)
-        found.float_waves[:, 1:] += mean_drift(sea, self.coefficients, self.platform, gravity)
-        return found
+        steady = self.in_sea(still, 1.0, (0.0, 0.0), gravity)
+        steady.float_waves[:, 1:] += mean_drift(sea, self.coefficients, self.platform, gravity)
+        return steady
 
 
 @dataclass(frozen=True)

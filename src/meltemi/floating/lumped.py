@@ -457,11 +457,11 @@ class LumpedPart(FloaterPart):
 
     def why(self, case: Any) -> str:
         """The platform turns over, a line diverges, or nothing."""
-        found = [i for i, begun in enumerate(case.view("line_state")["begun"]) if not begun <= BEGUN]
-        if (words := super().why(case)) or not found:
+        unsettled = [i for i, begun in enumerate(case.view("line_state")["begun"]) if not begun <= BEGUN]
+        if (words := super().why(case)) or not unsettled:
             return words
         return (
-            f"mooring line {found[0] + 1} diverges, with {self.platform.segments} segments: give it drag and a "
+            f"mooring line {unsettled[0] + 1} diverges, with {self.platform.segments} segments: give it drag and a "
             "damping_ratio, or fewer segments; a shorter time step helps, too (options.time_step)"
         )
 

@@ -150,9 +150,9 @@ def at_rest(members: Sequence[Member]) -> tuple[float, Float, Float]:
             top = int(each.end[2] > 0.0)
             cut, radius = wet[top], 0.5 * wet[2][top]
             slope = float(np.linalg.norm(each.end - each.start)) / abs(each.end[2] - each.start[2])
-            A, own = np.pi * radius**2 * slope, 0.25 * np.pi * radius**4 * slope
+            A, inertia = np.pi * radius**2 * slope, 0.25 * np.pi * radius**4 * slope
             arm = np.array([1.0, cut[1], -cut[0]])
-            C[2:5, 2:5] += A * np.outer(arm, arm) + np.diag([0.0, own, own])
+            C[2:5, 2:5] += A * np.outer(arm, arm) + np.diag([0.0, inertia, inertia])
     C[3, 3] += V * z
     C[4, 4] += V * z
     C[3, 5], C[4, 5] = -V * x, -V * y
@@ -216,8 +216,8 @@ def flow_at(
     waves = sea.components(depth, duration, gravity)
     dt, count, total = times(waves, duration, sums)
     k = wave_number(waves.frequency, depth, gravity)
-    there = place + np.array([*origin, 0.0])
-    velocity = waves.amplitude[:, None] * _velocity(there, waves.frequency, k, waves.direction, depth)
+    position = place + np.array([*origin, 0.0])
+    velocity = waves.amplitude[:, None] * _velocity(position, waves.frequency, k, waves.direction, depth)
     series = summed(waves, velocity.transpose(0, 2, 1).reshape(-1, len(k)), dt, count, total)
     if sea.current is not None:
         steady = np.column_stack([sea.current.at(place[:, 2], depth), np.zeros(len(place))])

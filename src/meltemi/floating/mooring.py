@@ -336,7 +336,7 @@ def settle(n: int, m: Moorings) -> None:
 
 
 @kernel
-def carried(part: Ends, e: Ends, side: float, c: float, b: float, own: Vec, drag: Vec, v: Vec) -> tuple[Vec, Sym]:
+def carried(part: Ends, e: Ends, side: float, c: float, b: float, inertia: Vec, drag: Vec, v: Vec) -> tuple[Vec, Sym]:
     """Drag and inertia of a point of a string at its upper end, which moves with ``v``; along, aside, up (W-15).
 
     Args:
@@ -356,11 +356,11 @@ def carried(part: Ends, e: Ends, side: float, c: float, b: float, own: Vec, drag
     gh, gz = b * fn * normal - c * fa * along, -b * fa * along - c * fn * normal
     ah, az, nh, nz = c * hh + b * zh, c * hz + b * zz, c * zh - b * hh, c * zz - b * hz
     mass = Sym(
-        own.x * ah * ah + own.y * nh * nh,
-        own.y * side * side,
-        own.x * az * az + own.y * nz * nz,
+        inertia.x * ah * ah + inertia.y * nh * nh,
+        inertia.y * side * side,
+        inertia.x * az * az + inertia.y * nz * nz,
         0.0 * side,
-        own.x * ah * az + own.y * nh * nz,
+        inertia.x * ah * az + inertia.y * nh * nz,
         0.0 * side,
     )
     return Vec(hh * gh + zh * gz, -side * fn * ul, hz * gh + zz * gz), mass
@@ -389,7 +389,7 @@ def moved_line(k: int, e: Ends, rest: Ends, ground: float, across: float, v: Vec
         M += Sym(zero, lying * (b * b + a * b + a * a) / 3.0 * line.inertia[k], zero, zero, zero, zero)
     if lying < L:
         ds = (L - lying) / POINTS
-        own = Vec(line.axial_inertia[k] * ds, line.inertia[k] * ds, zero)
+        inertia = Vec(line.axial_inertia[k] * ds, line.inertia[k] * ds, zero)
         drag = Vec(line.axial_drag[k] * ds, line.drag[k] * ds, zero)
         for n in range(POINTS):
             s = lying + (n + 0.5) * ds
@@ -397,14 +397,14 @@ def moved_line(k: int, e: Ends, rest: Ends, ground: float, across: float, v: Vec
             part = more(span(H, up, s, w, EA, 0.0, 1.0 * (lying > 0.0)), rest)
             tension = sqrt(H * H + up * up)
             side = (part.x - fixed) / (across - fixed)
-            force, mass = carried(part, e, side, H / tension, up / tension, own, drag, v)
+            force, mass = carried(part, e, side, H / tension, up / tension, inertia, drag, v)
             F += force
             M += mass
     p = m.line_order.point[k]
     if p >= 0:
-        own, drag = Vec(m.point.inertia[p], m.point.inertia[p], zero), Vec(zero, zero, m.point.drag[p])
+        inertia, drag = Vec(m.point.inertia[p], m.point.inertia[p], zero), Vec(zero, zero, m.point.drag[p])
         side = max(rest.x - fixed, 0.0) / (across - fixed)
-        force, mass = carried(rest, e, side, zero + 1.0, zero, own, drag, v)
+        force, mass = carried(rest, e, side, zero + 1.0, zero, inertia, drag, v)
         F += force
         M += mass
     return F, M
@@ -430,11 +430,11 @@ def moved_string(i: int, e: Ends, d: Vec, across: float, velocity: Vec, m: Moori
     k = i
     while k >= 0:
         if load.horizontal[k] > 0.0:
-            own = rest
+            shape = rest
             if order.below[k] >= 0:
                 L, w, EA, friction, on_bed = line_of(k, m)
-                own = span(load.horizontal[k], load.vertical[k], L, w, EA, friction, on_bed)
-            rest = less(rest, own)
+                shape = span(load.horizontal[k], load.vertical[k], L, w, EA, friction, on_bed)
+            rest = less(rest, shape)
             force, mass = moved_line(k, e, rest, ground, across, v, m)
             F += force
             M += mass

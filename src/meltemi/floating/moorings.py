@@ -96,15 +96,15 @@ class MooringLine(Record):
 
     def ratios(self, key: str) -> list[str]:
         """What chains, wires and ropes have in common: density, stiffness over mass, strength over stiffness."""
-        found = [doubt(f"{key}.stiffness", "it over mass [m^2/s^2]", self.stiffness / self.mass, 2e5, 6e7)]
+        doubts = [doubt(f"{key}.stiffness", "it over mass [m^2/s^2]", self.stiffness / self.mass, 2e5, 6e7)]
         if self.diameter > 0.0:
-            found.append(doubt(f"{key}.mass", "density [kg/m^3] by diameter", self.mass / self.section, 800.0, 1.6e4))
+            doubts.append(doubt(f"{key}.mass", "density [kg/m^3] by diameter", self.mass / self.section, 800.0, 1.6e4))
         if self.strength is not None:
-            found.append(doubt(f"{key}.strength", "it over stiffness", self.strength / self.stiffness, 2e-3, 0.2))
+            doubts.append(doubt(f"{key}.strength", "it over stiffness", self.strength / self.stiffness, 2e-3, 0.2))
         if not isinstance(self.fairlead, str) and not isinstance(self.anchor, str):
             way = float(np.linalg.norm(self.fairlead - self.anchor))
-            found.append(doubt(f"{key}.length", "it over the distance of its ends", self.length / way, 0.9, 1.3))
-        return found
+            doubts.append(doubt(f"{key}.length", "it over the distance of its ends", self.length / way, 0.9, 1.3))
+        return doubts
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -145,7 +145,7 @@ def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) ->
                 f"anchor of {len(above[name])} and the fairlead of {len(below[name])} lines"
             )
     inner = {name for name in points if len(above[name]) == len(below[name]) == 1}
-    found = []
+    strings_ = []
     for i, (head, foot) in enumerate(ends):
         if head in inner:
             continue
@@ -158,11 +158,11 @@ def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) ->
                 f"lines: from {head} to {foot} lines join two points where lines meet; each must end at the "
                 "platform or an anchor"
             )
-        found.append(row)
-    left = set(range(len(lines))) - {i for row in found for i in row}
+        strings_.append(row)
+    left = set(range(len(lines))) - {i for row in strings_ for i in row}
     if left:
         raise ValueError(f"lines: line {min(left) + 1} belongs to a ring that does not reach the platform")
-    return found
+    return strings_
 
 
 def mooring_tables(
@@ -281,7 +281,7 @@ def shapes(rest: AtRest, lines: Sequence[MooringLine], water_density: float, cou
       water_density: [kg/m^3].
       count: points of a line.
     """
-    found = []
+    shapes_ = []
     for i, line in enumerate(lines):
         H, V, bed = max(rest.horizontal[i], 1.0), rest.vertical[i], rest.on_bed[i]
         w = GRAVITY * line.wet_mass(water_density)
@@ -291,5 +291,5 @@ def shapes(rest: AtRest, lines: Sequence[MooringLine], water_density: float, cou
             e = span(H, max(up, 0.0) if bed else up, s, w, line.stiffness, 0.0, 1.0 * bed)
             x[k], z[k] = e.x, e.z
         way = rest.upper[i] - rest.lower[i]
-        found.append(rest.lower[i] + np.column_stack([np.outer(x / x[0], way[:2]), z]))
-    return found
+        shapes_.append(rest.lower[i] + np.column_stack([np.outer(x / x[0], way[:2]), z]))
+    return shapes_

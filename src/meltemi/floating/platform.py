@@ -104,10 +104,10 @@ class Platform(Record):
         if np.any(self.inertia <= 0.0):
             raise ValueError("inertia must be above 0")
         if not self.coefficients:
-            found = displaced(self.members)[0]
-            if abs(found - self.volume) > SAME_VOLUME * self.volume:
+            volume = displaced(self.members)[0]
+            if abs(volume - self.volume) > SAME_VOLUME * self.volume:
                 raise ValueError(
-                    f"members displace {found:.5g} m^3 of water, and volume is {self.volume:.5g}; correct either, "
+                    f"members displace {volume:.5g} m^3 of water, and volume is {self.volume:.5g}; correct either, "
                     "or give coefficients of potential flow"
                 )
         for name in ("linear_damping", "quadratic_damping", "stiffness"):
@@ -144,13 +144,13 @@ class Platform(Record):
         weight = self.mass + turbine.nacelle.mass + turbine.hub.mass + float(np.trapezoid(tower.mass, tower.position))
         gyration = np.sqrt(self.inertia / self.mass) / size
         over = "over the cube root of volume"
-        found = [
+        doubts = [
             doubt("platform.mass", "it and the turbine's over that of the water displaced", weight / water, 0.45, 1.02),
             doubt("platform.inertia", f"largest radius of gyration {over}", float(gyration.max()), 0.35, 2.5),
             doubt("platform.inertia", f"smallest radius of gyration {over}", float(gyration.min()), 0.1, 2.0),
         ]
         for key, place in (("buoyancy_centre", self.buoyancy_centre), ("centre", self.centre[:2])):
-            found.append(
+            doubts.append(
                 doubt(f"platform.{key}", f"its distance from the axis {over}", float(np.hypot(*place)) / size, 0.0, 1.0)
             )
         for name, scale, least, most in (
@@ -159,21 +159,21 @@ class Platform(Record):
         ):
             if (matrix := getattr(self, name)) is not None and (largest := float(np.abs(matrix[:3, :3]).max())) > 0.0:
                 what = f"of x, y, z over {'mass' if name == 'linear_damping' else 'density and area'} of the water"
-                found.append(doubt(f"platform.{name}", what, largest / scale, least, most))
+                doubts.append(doubt(f"platform.{name}", what, largest / scale, least, most))
         if self.members:
             low, *_, high = sorted(float(end[2]) for each in self.members for end in (each.start, each.end))
-            found.append(
+            doubts.append(
                 doubt("platform.centre", "its height [m], between those of members,", float(self.centre[2]), low, high)
             )
             share = displaced(self.members)[0] / self.volume
-            found.append(doubt("platform.members", "volume of those under water over volume", share, 0.6, 1.1))
+            doubts.append(doubt("platform.members", "volume of those under water over volume", share, 0.6, 1.1))
         for i, line in lines:
             key = f"platform.lines.{i}"
-            found += line.ratios(key)
+            doubts += line.ratios(key)
             if not isinstance(line.fairlead, str):
                 away = float(np.hypot(*line.fairlead[:2])) / size
-                found.append(doubt(f"{key}.fairlead", f"its distance from the axis {over}", away, 0.1, 5.0))
+                doubts.append(doubt(f"{key}.fairlead", f"its distance from the axis {over}", away, 0.1, 5.0))
             if not isinstance(line.anchor, str):
                 off, most = float(line.anchor[2] + self.depth), OFF_BED * self.depth
-                found.append(doubt(f"{key}.anchor", "its height above the sea bed [m]", off, -1.0, most))
-        return found
+                doubts.append(doubt(f"{key}.anchor", "its height above the sea bed [m]", off, -1.0, most))
+        return doubts

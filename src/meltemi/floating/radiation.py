@@ -104,10 +104,10 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     size = np.sqrt(np.abs(coefficients.damping).max(axis=0).diagonal())
     size[size <= 1e-6 * size.max()] = np.inf
     none = np.zeros((0, 6), dtype=np.complex128)
-    found = [Radiation(none[:, 0], none, none, 0.0, 0.0)]
-    found += [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
-    pole, inputs, outputs = (np.concatenate([getattr(e, n) for e in found]) for n in ("pole", "input", "output"))
-    error, negative = max(each.error for each in found), max(each.negative for each in found)
+    groups = [Radiation(none[:, 0], none, none, 0.0, 0.0)]
+    groups += [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
+    pole, inputs, outputs = (np.concatenate([getattr(e, n) for e in groups]) for n in ("pole", "input", "output"))
+    error, negative = max(each.error for each in groups), max(each.negative for each in groups)
     if error > WORST or negative > PASSIVE:
         raise InputError(
             f"platform.coefficients: no model of the radiation fits: error {error:.2g} of the kernel, negative damping "
@@ -175,7 +175,7 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
         low, high = 0.5 / (1j * w[:, None] - poles), 0.5 / (1j * w[:, None] - poles.conj())
         return np.concatenate([(low + high).real, (1j * (low - high)).real], axis=1)
 
-    found, kept = damping(frequency), damping(SLOW)
+    target, kept = damping(frequency), damping(SLOW)
     firm = FIRM * np.abs(real).max() / np.abs(kept).max()
     Q, R = np.linalg.qr(real)
     rows = [np.kron(np.diag(np.sqrt(twice)), R), np.kron(np.eye(len(a)), firm * kept)]
@@ -183,7 +183,7 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
     for _ in range(cuts):
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=1e-12)[0].reshape(len(a), 2 * P)
         fitted = np.zeros((len(frequency), n, n))
-        fitted[:, a, b] = fitted[:, b, a] = found @ x.T
+        fitted[:, a, b] = fitted[:, b, a] = target @ x.T
         least, direction = np.linalg.eigh(fitted)
         lowest = np.pad(least[:, 0], 1, constant_values=np.inf)
         bad = (least[:, 0] < -NOTHING * least.max()) & (lowest[1:-1] <= lowest[:-2]) & (lowest[1:-1] <= lowest[2:])
@@ -191,8 +191,8 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
             break
         for k in np.flatnonzero(bad):
             v = direction[k, :, 0]
-            size = FIRM * np.abs(real).max() / np.abs(found[k]).max()
-            rows.append(size * np.kron((v[a] * v[b] * twice)[None], found[k : k + 1]))
+            size = FIRM * np.abs(real).max() / np.abs(target[k]).max()
+            rows.append(size * np.kron((v[a] * v[b] * twice)[None], target[k : k + 1]))
             wanted.append(np.zeros(1))
     residue = np.zeros((P, n, n), dtype=np.complex128)
     residue[:, a, b] = residue[:, b, a] = (x[:, :P] + 1j * x[:, P:]).T

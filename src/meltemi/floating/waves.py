@@ -42,8 +42,8 @@ def wave_forces(
     dt, count, total = times(waves, duration, platform.sum_forces)
     amplitude = amplitudes_at(waves, wave_number(waves.frequency, platform.depth, gravity), origin)
     scale = platform.water_density * gravity
-    here = scale * (platform.excitation == "at_rest")
-    lines = np.concatenate([amplitude[None], here * amplitude * excitation(c, waves).T])
+    at_rest = scale * (platform.excitation == "at_rest")
+    lines = np.concatenate([amplitude[None], at_rest * amplitude * excitation(c, waves).T])
     series = summed(waves, lines, dt, count, total)
     kinds: list[Any] = ["drift"] * (platform.drift != "none") + ["sums"] * platform.sum_forces
     for kind in kinds if len(waves.frequency) else ():
@@ -150,10 +150,10 @@ def second_order(
         return F, further, pairs
     N = shares(frequency, w)
     for k in range(6):
-        own = table[..., k]
-        if not np.abs(own).any():
+        transfer = table[..., k]
+        if not np.abs(transfer).any():
             continue
-        Q = N @ own @ N.T
+        Q = N @ transfer @ N.T
         mean = Q.diagonal().real
         F[k] = 0.0 if plus else (np.abs(a) ** 2 * mean).sum()
         if platform.drift == "newman" and not plus:
@@ -168,9 +168,9 @@ def shares(known: Float, x: Float) -> Float:
     if len(known) == 1:
         return np.ones((len(x), 1))
     i = np.clip(np.searchsorted(known, x) - 1, 0, len(known) - 2)
-    s, row, found = (x - known[i]) / (known[i + 1] - known[i]), np.arange(len(x)), np.zeros((len(x), len(known)))
-    found[row, i], found[row, i + 1] = 1.0 - s, s
-    return found
+    s, row, weights = (x - known[i]) / (known[i + 1] - known[i]), np.arange(len(x)), np.zeros((len(x), len(known)))
+    weights[row, i], weights[row, i + 1] = 1.0 - s, s
+    return weights
 
 
 def _in_direction(kind: str, c: Coefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:

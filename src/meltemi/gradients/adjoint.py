@@ -167,13 +167,13 @@ class Backwards:
 
     def slopes(self, ways: Sequence[Direction]) -> Float:
         """Derivatives by the parameters, once the start is reached."""
-        found, case = np.zeros(len(ways)), self.simulation.case
+        slopes, case = np.zeros(len(ways)), self.simulation.case
         for k, way in enumerate(ways):
             for name, change in way.arrays.items():
-                found[k] += np.sum(self.memory.of(case[name], adjoint=True) * change)
+                slopes[k] += np.sum(self.memory.of(case[name], adjoint=True) * change)
             if way.state is not None:
-                found[k] += self.memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
-        return found
+                slopes[k] += self.memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
+        return slopes
 
 
 _march = loose(step.advance)

@@ -186,8 +186,8 @@ def settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
     controller = run.controller(wind) if callable(run.controller) else run.controller
     controller = controller or BaselineController(model.turbine)
     start, _ = initial_state(model, wind, run.start() if callable(run.start) else run.start)
-    held = replace(run, model=model, wind=wind, controller=controller, start=start, events=tuple(run.events))
-    return held, model, controller, first_point(model, wind, start)
+    run_held = replace(run, model=model, wind=wind, controller=controller, start=start, events=tuple(run.events))
+    return run_held, model, controller, first_point(model, wind, start)
 
 
 def finite_difference_runs(run: Run, parameter: str, *, step: float | None = None) -> tuple[Result, Result, float]:
@@ -203,7 +203,7 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
     options = model.options.replace(time_step=default_step(model))
     weights = kind_of(model).step_weights(model, default_step(model))  # constants of the time step, as with derivatives
-    present, found = tables(model), []
+    present, runs = tables(model), []
     for change in (-size, size):
         moved = {name: present[name] + change * array for name, array in way.arrays.items()}
 
@@ -215,8 +215,8 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
         changed = replace(with_tables(model, moved), options=options)
         simulation = Simulation(replace(run, model=changed), prepare=prepare)
         march(simulation)
-        found.append(simulation.result())
-    return found[0], found[1], size
+        runs.append(simulation.result())
+    return runs[0], runs[1], size
 
 
 def directions(
@@ -241,14 +241,14 @@ def directions(
     twice = {name for name in parameters if list(parameters).count(name) > 1}
     if twice:
         raise InputError(f"sensitivity: parameter {sorted(twice)[0]!r} is named twice")
-    found = []
+    directions_ = []
     for name in parameters:
         way = direction(model, name, controller, start)
         size = float(steps.get(name, way.step))
         if not 0.0 < size < np.inf:
             raise InputError(f"sensitivity: the step of {name!r} must be a positive number, found {size!r}")
-        found.append(replace(way, step=size))
-    return found
+        directions_.append(replace(way, step=size))
+    return directions_
 
 
 def direction(model: Model[Any], name: str, controller: Controller, start: StartPoint) -> Direction:
@@ -332,9 +332,9 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
 
 def tables(model: Model[Any]) -> dict[str, Float]:
     """Arrays of a model that depend on the turbine's description."""
-    own = {name: model.array(name) for name in kind_of(model).tables}
-    own |= {name: array for part in model.parts for name, array in vars(part).items()}
-    return own | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
+    arrays = {name: model.array(name) for name in kind_of(model).tables}
+    arrays |= {name: array for part in model.parts for name, array in vars(part).items()}
+    return arrays | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
 
 
 def with_tables(model: Model[Any], changed: dict[str, Float]) -> Model[Any]:

@@ -164,12 +164,12 @@ class Batch:
 
     def _group(self) -> Iterator[tuple[int, str, Begun]]:
         """Prepare one case, or as many as the memory holds and a graphics card runs together."""
-        held: dict[int, int] = {}
+        memory: dict[int, int] = {}
         for count, (i, name, case) in enumerate(iter(self._next, None), 1):
             if (begun := self._guarded(i, name, self._begin, i, name, case)) is not None:
                 yield i, name, begun
-                held |= memory_of(begun[-1])
-            if self.device == "cpu" or count == GROUP or sum(held.values()) > MEMORY or self.stop.is_set():
+                memory |= memory_of(begun[-1])
+            if self.device == "cpu" or count == GROUP or sum(memory.values()) > MEMORY or self.stop.is_set():
                 return
 
     def _next(self) -> tuple[int, str, Run] | None:
@@ -182,14 +182,14 @@ class Batch:
             if not isinstance(case, Run):
                 raise InputError(f"simulate_batch: cases: expected meltemi.Run, found {case!r:.60} as number {i + 1}")
             name = case.name or f"case_{i + 1:04d}"
-            taken, self.asked = name in self.names, i + 1
+            repeated, self.asked = name in self.names, i + 1
             if case.name or self.out is not None:  # a million names would need 0.1 GB
                 self.names.add(name)
-        if taken:
+        if repeated:
             self.outcomes[i] = Outcome(
                 name, Status.FAILED, f"another case of the batch has the name {name!r}", error=InputError
             )
-        return self._next() if taken else (i, name, case)
+        return self._next() if repeated else (i, name, case)
 
     def _guarded(self, i: int, name: str, action: Callable[..., Any], *arguments: Any) -> Any:
         """What an action for a case returns; an exception in it becomes the outcome of the case."""
@@ -205,12 +205,12 @@ class Batch:
 
     def _begin(self, i: int, name: str, case: Run) -> Begun | None:
         """Prepare a case; None if its stored result is reused."""
-        found = self.kept.begin(name, case, self.reduce)
-        if isinstance(found, Outcome):
-            self.outcomes[i] = found
+        stored = self.kept.begin(name, case, self.reduce)
+        if isinstance(stored, Outcome):
+            self.outcomes[i] = stored
             return None
-        run = self.under_way[i] = self._prepare(found)
-        return found, run
+        run = self.under_way[i] = self._prepare(stored)
+        return stored, run
 
     def _end(self, i: int, name: str, case: Run, run: Simulation) -> None:
         """March a case to its end, unless a graphics card has done so, and keep what is asked for."""
@@ -225,11 +225,11 @@ class Batch:
     def _prepare(self, case: Run) -> Simulation:
         if case.view and not self.series:
             raise InputError("view=True and series=False exclude each other: the view is made of time series")
-        held = None if self.series else CHUNK
+        chunk = None if self.series else CHUNK
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
-            run = None if self.compiled else prepare(case, self.device, held)
+            run = None if self.compiled else prepare(case, self.device, chunk)
             self.compiled = True
-        run = run or prepare(case, self.device, held)
+        run = run or prepare(case, self.device, chunk)
         if not self.series:
             import_module("meltemi.postprocess.summary").counted(run, self.slopes)
         return run

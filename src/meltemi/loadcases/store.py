@@ -44,8 +44,8 @@ class Outcome(Shown):
     reused: bool = False
 
     def __repr__(self) -> str:
-        said = f": {self.message}" if self.message else ""
-        return f"<Outcome {self.name!r}, {self.status}{said}>"
+        remark = f": {self.message}" if self.message else ""
+        return f"<Outcome {self.name!r}, {self.status}{remark}>"
 
     def card(self) -> Card:
         """Status and message, and the result or file."""
@@ -130,10 +130,10 @@ class ResultFiles:
             raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
         case, path = made(case), self._path(name)
         self._inputs[name] = inputs = inputs_of(case)
-        found = None if self.rerun or inputs is None else _read(path)
-        if found is None or found.status is not Status.OK or found.meta.get("inputs") != inputs:
+        stored = None if self.rerun or inputs is None else _read(path)
+        if stored is None or stored.status is not Status.OK or stored.meta.get("inputs") != inputs:
             return case
-        return Outcome(name, found.status, value=path if reduce is None else reduce(found), reused=True)
+        return Outcome(name, stored.status, value=path if reduce is None else reduce(stored), reused=True)
 
     def keep(self, name: str, result: Result, reduce: Reduce | None) -> Any:
         """Write the file; the value is its path, or the reduced result."""

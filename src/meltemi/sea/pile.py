@@ -274,8 +274,8 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
         cut = m.pile_stations[i]
         place = Vec(0.0, 0.0, cut)
         for k in range(shape.modes):
-            here = m.pile_station_shape.displacement[k, i]
-            place += q[k] * Vec(here.x, here.y, 0.0)
+            station = m.pile_station_shape.displacement[k, i]
+            place += q[k] * Vec(station.x, station.y, 0.0)
         out.force[i] = s.tower_station.force[0]
         out.moment[i] = s.tower_station.moment[0] + cross(base - place, s.tower_station.force[0])
         for n in range(node.nodes):

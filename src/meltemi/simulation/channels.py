@@ -106,25 +106,25 @@ def channels_of_group(group: str, count: int | None = None) -> tuple[Channel, ..
 
 def catalogue(contents: Contents = Contents()) -> dict[str, Channel]:
     """All channels of a turbine by name."""
-    found = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
+    channels = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
     for b in range(1, contents.blades + 1):
         for row in _rows("blade"):
             index = () if row[-1].startswith("demands.") else (b - 1,)
-            found.append(_channel(row, index, b=b))
+            channels.append(_channel(row, index, b=b))
         for f in range(1, contents.flaps + 1):
             for row in _rows("flap"):
                 place = () if row[-1].startswith("demands.") else (f - 1, b - 1)
-                found.append(_channel(row, place, b=b, f=f))
+                channels.append(_channel(row, place, b=b, f=f))
         for group, number in (("node", contents.nodes), ("station", contents.blade_stations)):
             for n in range(1, number + 1):
-                found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows(group)]
-    found += channels_of_group("tower_station", contents.tower_stations)
+                channels += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows(group)]
+    channels += channels_of_group("tower_station", contents.tower_stations)
     for name in contents.coordinates:
         unit = unit_of_coordinate(name)
         if name != "yaw":  # yaw has its own channel
-            found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
-        found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
-    return {channel.name: channel for channel in found}
+            channels.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
+        channels.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
+    return {channel.name: channel for channel in channels}
 
 
 def unit_of_coordinate(name: str) -> str:

@@ -192,22 +192,22 @@ class Model(Brief, Viewed, Generic[R]):
 
     def array(self, name: str) -> Float:
         """An array of the model, of its rotor or of a part."""
-        found: Float = next(getattr(each, name) for each in (self, self.rotor, *self.parts) if hasattr(each, name))
-        return found
+        array: Float = next(getattr(each, name) for each in (self, self.rotor, *self.parts) if hasattr(each, name))
+        return array
 
     def with_arrays(self, **changed: Float) -> Model[R]:
         """A model with some arrays replaced."""
         left = dict(changed)
 
         def changed_copy(of: Any, **more: Any) -> Any:
-            own = {field.name: left.pop(field.name) for field in fields(of) if field.name in left}
-            return replace(of, **own, **more) if own or more else of
+            replaced = {field.name: left.pop(field.name) for field in fields(of) if field.name in left}
+            return replace(of, **replaced, **more) if replaced or more else of
 
         parts = tuple(changed_copy(part) for part in self.parts)
         rotor = changed_copy(self.rotor)
-        found: Model[R] = changed_copy(self, rotor=rotor, parts=parts)
+        model: Model[R] = changed_copy(self, rotor=rotor, parts=parts)
         assert not left, f"no arrays {', '.join(left)}"
-        return found
+        return model
 
     def with_parameters(self, **values: float) -> Model[R]:
         """A model with some scalar parameters changed; dots in names are written as two underscores or
@@ -232,9 +232,9 @@ class Model(Brief, Viewed, Generic[R]):
 
     @cached_property
     def _hash(self) -> str:
-        found = fingerprint([getattr(self, field.name) for field in fields(self)])
-        assert found is not None, "models have records and arrays only"
-        return found
+        digest = fingerprint([getattr(self, field.name) for field in fields(self)])
+        assert digest is not None, "models have records and arrays only"
+        return digest
 
 
 def actuator_array(turbine: AnyTurbine, options: ModelOptions) -> Float:

@@ -66,8 +66,8 @@ class OperatingPoint(Brief):
         """The wind, and the operation of the turbine in it, in engineering units."""
         wanted = ("rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust")
         known = [self.channels[name] for name in wanted if name in self.channels]
-        told = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
-        return {"wind_speed": f"{self.wind.speed:g} m/s", **told}
+        values = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
+        return {"wind_speed": f"{self.wind.speed:g} m/s", **values}
 
     def put(self, case: Case, azimuth: float | None = None) -> None:
         """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""

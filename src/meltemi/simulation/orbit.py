@@ -245,16 +245,16 @@ class Orbit:
         air = self.case.aero_state.vector
         state = air.copy()
         unknowns = self.unknowns()
-        found = [self.residuals(self.motion(azimuths), dt)]
+        residuals = [self.residuals(self.motion(azimuths), dt)]
         for j in self.free[unknowns]:
-            here = self.coefficients[j]
+            original = self.coefficients[j]
             self.coefficients[j] += PERTURBATION
             if dt:
                 air[:] = state
-            found.append(self.residuals(self.motion(azimuths), dt))
-            self.coefficients[j] = here
+            residuals.append(self.residuals(self.motion(azimuths), dt))
+            self.coefficients[j] = original
         air[:] = state
-        rows = self.projected(azimuths, *map(np.array, zip(*found, strict=True)))[:, unknowns]
+        rows = self.projected(azimuths, *map(np.array, zip(*residuals, strict=True)))[:, unknowns]
         try:
             self.correct[self.level] = np.asarray(np.linalg.inv((rows[1:] - rows[0]).T / PERTURBATION), dtype=float)
         except np.linalg.LinAlgError:
@@ -363,14 +363,14 @@ class Orbit:
             self.sector()
         self.azimuth = 0.0
         step = self.step
-        means, made = np.zeros_like(case.signals.vector), 0.0
+        means, mean_torque = np.zeros_like(case.signals.vector), 0.0
         rows = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             self.equations(0.0, step / self.speed, case.system)
             case.control.drive.generator_torque = self.torque
             case.begin_parts()
-            made += float(case.control.drive.generator_torque) / (B * SAMPLES)
+            mean_torque += float(case.control.drive.generator_torque) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             rows.append(np.concatenate([case["q"], case["v"], case.aero_states()]))
@@ -388,7 +388,7 @@ class Orbit:
             pitch=self.pitch,
             generator_speed=self.speed * model.turbine.drivetrain.gear_ratio,
             generator_torque=self.torque,
-            imbalance=self.over_revolution + model.turbine.drivetrain.gear_ratio * (self.torque - made),
+            imbalance=self.over_revolution + model.turbine.drivetrain.gear_ratio * (self.torque - mean_torque),
             q=case["q"].copy(),
             v=case["v"].copy(),
             aero=aero,

@@ -162,9 +162,9 @@ def part_of_sea(sea: Any, model: Any, duration: float, origin: tuple[float, floa
 def _registered(name: str) -> Callable[[Any, Any, Any], Part]:
     from importlib.metadata import entry_points
 
-    found = entry_points(group=GROUP)
-    if name not in found.names:
-        known = did_you_mean(name, found.names) if found.names else "there are none"
+    registered = entry_points(group=GROUP)
+    if name not in registered.names:
+        known = did_you_mean(name, registered.names) if registered.names else "there are none"
         raise InputError(f"extensions.{name}: no installed package registers this part as {GROUP}: {known}")
-    make: Callable[[Any, Any, Any], Part] = found[name].load()
+    make: Callable[[Any, Any, Any], Part] = registered[name].load()
     return make

@@ -131,10 +131,10 @@ def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:
     from meltemi.simulation.events import check_dips, read_events, schedule
 
     events = read_events(given)
-    made = schedule(events, model.turbine, dt, n_steps)
+    table = schedule(events, model.turbine, dt, n_steps)
     if not model.has_electrical:
         check_dips(events)
-    return Events(events, made.rows, made.log)
+    return Events(events, table.rows, table.log)
 
 
 def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
@@ -212,8 +212,8 @@ def model_channels(
     model: Model[Any], stations: Stations | None = None, parts: Sequence[Part] = ()
 ) -> dict[str, Channel]:
     """All channels of a model, and of further parts of a run, by name."""
-    found = kind_of(model).channels(model, stations or Stations())
-    return found | {channel.name: channel for part in parts for channel in part.channels()}
+    channels = kind_of(model).channels(model, stations or Stations())
+    return channels | {channel.name: channel for part in parts for channel in part.channels()}
 
 
 def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: Sequence[Part] = ()) -> list[Channel]:
@@ -225,20 +225,20 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: S
     available = model_channels(model, stations, parts)
     if isinstance(names, str):
         raise InputError(f"channels must be a list of names, found the text {names!r}")
-    found: dict[str, Channel] = {}
+    chosen: dict[str, Channel] = {}
     whole = set(DEFAULT) <= set(names)
     for name in (*names, *(name for part in model.parts for name in part.shown if whole)):
         if name == "all":
-            found.update(available)
+            chosen.update(available)
             continue
         if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
             continue  # blade 3 of a two-bladed turbine, or blades of a power-coefficient turbine
         channel = kind_of(model).channel(name, model, available)
-        found[channel.name] = channel
+        chosen[channel.name] = channel
     for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
-        if wanted and not any(name.startswith(beginning) for name in found):
-            found.update({name: c for name, c in available.items() if name.startswith(beginning)})
-    found.pop("time", None)
-    if not found:
+        if wanted and not any(name.startswith(beginning) for name in chosen):
+            chosen.update({name: c for name, c in available.items() if name.startswith(beginning)})
+    chosen.pop("time", None)
+    if not chosen:
         raise InputError("no channels to record")
-    return list(found.values())
+    return list(chosen.values())

@@ -234,5 +234,5 @@ class Result(Shown, Viewed, Mapping[str, Float]):
 
     def __repr__(self) -> str:
         why = [self.message] if self.message else [str(finding) for finding in self.findings]
-        said = "".join(f"; {words}" for words in (*why, *self.warnings))
-        return f"<Result: {len(self.channels)} channels, {self.span()}, {self.status.name}{said}>"
+        remarks = "".join(f"; {words}" for words in (*why, *self.warnings))
+        return f"<Result: {len(self.channels)} channels, {self.span()}, {self.status.name}{remarks}>"

@@ -127,9 +127,9 @@ def own_vibrations(model: BladedModel) -> Float:
     case = vacuum_case(model)
     stiffness, damping = (-np.diag(derivative_matrix(case, which)) for which in ("q", "v"))
     frequency = np.sqrt(np.maximum(stiffness, 0.0))
-    found = np.array([frequency, 0.5 * damping / np.maximum(frequency, 1e-6)])
-    found.setflags(write=False)
-    return found
+    properties = np.array([frequency, 0.5 * damping / np.maximum(frequency, 1e-6)])
+    properties.setflags(write=False)
+    return properties
 
 
 def stiff(model: BladedModel) -> NDArray[np.bool_]:

@@ -200,8 +200,8 @@ def stations_below(top: Vec, F_top: Vec, M_top: Vec, modes: int, m: Structure, s
             if cut >= low and cut <= high:
                 w = (cut - low) / (high - low)
                 for k in range(modes):
-                    here, there = shape.displacement[k, n], shape.displacement[k, n + 1]
-                    place += m.q[k] * Vec(here.x + w * (there.x - here.x), here.y + w * (there.y - here.y), 0.0)
+                    lower, upper = shape.displacement[k, n], shape.displacement[k, n + 1]
+                    place += m.q[k] * Vec(lower.x + w * (upper.x - lower.x), lower.y + w * (upper.y - lower.y), 0.0)
                 break
         F = F_top
         M = M_top + cross(top - place, F_top)

@@ -182,9 +182,9 @@ class Part:
 
     def _changes(self) -> frozenset[str]:
         """Arguments at whose addresses numbers are stored, here or in functions that are called; "" for elsewhere."""
-        here = (self.addresses.bases(each.place.name) for each in self.sequence if _stores(each))
-        there = (self._changed_by(call) for call in self.calls)
-        return frozenset(n for n in frozenset().union(*here, *there) if n in self.kinds or not n)
+        stored = (self.addresses.bases(each.place.name) for each in self.sequence if _stores(each))
+        called = (self._changed_by(call) for call in self.calls)
+        return frozenset(n for n in frozenset().union(*stored, *called) if n in self.kinds or not n)
 
     def _changed_by(self, call: Instruction) -> frozenset[str]:
         callee = self.module.parts[call.callee]

@@ -92,8 +92,8 @@ class Compiled:
 @cache
 def sources() -> bytes:
     """The source files of this package and of its user, for the key of the cache."""
-    here = Path(__file__).parent
-    return b"".join(path.read_bytes() for path in (here.parent / "adjoint.py", *sorted(here.glob("*.py"))))
+    folder = Path(__file__).parent
+    return b"".join(path.read_bytes() for path in (folder.parent / "adjoint.py", *sorted(folder.glob("*.py"))))
 
 
 def code_of(function: Any, kinds: Sequence[Any]) -> Code:

@@ -23,14 +23,14 @@ def loops_of(blocks: Mapping[str, Block]) -> list[tuple[frozenset[str], tuple[st
                     if each not in body:
                         body.add(each)
                         left += blocks[each].sources
-    found = []
+    loops = []
     for body in sorted(rounds.values(), key=len, reverse=True):
         exits = tuple(
             dict.fromkeys(t for label in blocks if label in body for t in blocks[label].targets if t not in body)
         )
         if all(source in body for label in exits for source in blocks[label].sources):
-            found.append((frozenset(body), exits))
-    return found
+            loops.append((frozenset(body), exits))
+    return loops
 
 
 def dominators(blocks: Mapping[str, Block]) -> dict[str, set[str]]:

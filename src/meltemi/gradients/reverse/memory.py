@@ -72,13 +72,13 @@ class Memory:
             if begin >= last:
                 begins.append(begin)
             last = max(last, end)
-        found: dict[tuple[str, str], int | None] = {}
+        numbers: dict[tuple[str, str], int | None] = {}
         order: dict[int, int] = {}
         for record, name, member, array in named:
             at = int(np.searchsorted(begins, array.ctypes.data, side="right"))
             number = order.setdefault(at if array.size else -len(order) - 1, len(order))
-            found[type(record).__name__, name] = None if member.constant else number
-        return found
+            numbers[type(record).__name__, name] = None if member.constant else number
+        return numbers
 
     def of(self, array: Any, *, adjoint: bool = False) -> Any:
         """The copy of an array, or its adjoints."""

@@ -181,16 +181,16 @@ class BladedRotor:
         B, nodes, K, M, nc = turbine.n_blades, sizes["node"], len(self.blade.names), len(self.tower.names), self.n_core
         tower_nodes = to_lanes(self.tower_flow.shape[1], lanes)
         tower_flow = filled(self.tower_flow, tower_nodes, WEIGHTS["tower_flow"])
-        own = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in MEMBERS}
-        own |= {name: array.copy() for name, array in self.blade_arrays.items()}
+        arrays = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in MEMBERS}
+        arrays |= {name: array.copy() for name, array in self.blade_arrays.items()}
         weights = WEIGHTS | {name: range(len(array)) for name, array in self.blade_arrays.items()}
         of_nodes = {
-            name: filled(own[name], tower_nodes if name == "tower_shape" else nodes, weights.get(name, ()))
+            name: filled(arrays[name], tower_nodes if name == "tower_shape" else nodes, weights.get(name, ()))
             for name in self.node_arrays
-            if name in own
+            if name in arrays
         }
         return {
-            **own,
+            **arrays,
             **of_nodes,
             "aero_options": self.aero_options.copy(),
             "columns": np.zeros((6, nc)),

@@ -127,18 +127,18 @@ def shaft(m: DiskSystem) -> None:
     p, drive, disk, q, v, locked = m.structure, m.drive, m.disk, m.q, m.v, m.locked
     torque, speed, gear = m.rotor.torque, rotor_speed(m), p.gear_ratio
     brake = drive.brake_torque * tanh(gear * v[GENERATOR] / drive.brake_speed)
-    held = gear * (drive.generator_torque + brake)
+    shaft_torque = gear * (drive.generator_torque + brake)
     driving = torque - disk.friction * speed
     other = gear * gear * p.generator_inertia
     if locked[TORSION] > 0.0:
-        a_generator = (driving - held) / (disk.inertia + other)
+        a_generator = (driving - shaft_torque) / (disk.inertia + other)
         if locked[GENERATOR] > 0.0:
             a_generator = 0.0
         a_rotor = a_generator
     else:
         twist = p.shaft_stiffness * q[TORSION] + p.shaft_damping * v[TORSION]
         a_rotor = (driving - twist) / disk.inertia
-        a_generator = (twist - held) / other
+        a_generator = (twist - shaft_torque) / other
         if locked[GENERATOR] > 0.0:
             a_generator = 0.0
     m.a[YAW] = 0.0

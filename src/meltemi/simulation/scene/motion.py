@@ -77,15 +77,15 @@ class Recorder:
             "bending": [("station", f"moment_{x}", (b, i)) for b in blades for i in span for x in "xy"],
             "tower_bending": [("tower_station", f"moment_{x}", (i,)) for i in up for x in "xy"],
         }
-        found, at = [], 0
+        places, at = [], 0
         self.columns: dict[str, slice] = {}
         for name, entries in wanted.items():
             for array, row, index in entries:
                 place = index if row is None else (case.view(array).table.index(row), *index)
-                found.append(case.signals.place(array, place))
-            self.columns[name] = slice(at, len(found))
-            at = len(found)
-        return np.array(found, dtype=np.int64)
+                places.append(case.signals.place(array, place))
+            self.columns[name] = slice(at, len(places))
+            at = len(places)
+        return np.array(places, dtype=np.int64)
 
     def scene(self, data: Float, time: Float, wind: Wind) -> Scene | None:
         """The scene of a run; None of one that has no samples.
@@ -210,8 +210,8 @@ def deformed(case: Case, q: Float, tip: Float | None, s: Float) -> Float:
     if tip is not None:
         nodes[:, :, -1] = tip
     between = CubicSpline(z[: nodes.shape[2]], np.eye(nodes.shape[2]))(s)  # (S, nodes)
-    found: Float = np.einsum("sn,tbnk->tbsk", between.astype(np.float32), nodes, optimize=True)
-    return found
+    nodes_at: Float = np.einsum("sn,tbnk->tbsk", between.astype(np.float32), nodes, optimize=True)
+    return nodes_at
 
 
 def blade_arrays(model: BladedModel, s: Float) -> dict[str, NDArray[Any]]:

@@ -75,9 +75,9 @@ def track_arrays(name: str, values: Float, tolerance: float | None = None, weigh
     count = max(count, 1)
     amplitude = amplitude[:, :count].reshape(*values.shape[:-2], count)
     scale = np.maximum(np.abs(amplitude).max(axis=tuple(range(amplitude.ndim - 1))) / FULL, 1e-30)
-    found = _stored(name, np.round(amplitude / scale), scale, mean.reshape(shape) / w)
-    found[f"{name}.basis"] = (basis[:count].reshape(count, *shape) / w).astype(np.float32)
-    return found
+    stored = _stored(name, np.round(amplitude / scale), scale, mean.reshape(shape) / w)
+    stored[f"{name}.basis"] = (basis[:count].reshape(count, *shape) / w).astype(np.float32)
+    return stored
 
 
 def _stored(name: str, amplitude: Float, scale: Float, mean: Float) -> dict[str, NDArray[Any]]:

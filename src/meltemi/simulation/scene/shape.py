@@ -39,8 +39,8 @@ def thickness(turbine: Turbine, s: Float) -> Float:
         airfoil = turbine.airfoils[name]
         given = airfoil.relative_thickness or thickness_in(name)
         known.append(given or (USUAL_THICKNESS if np.ptp(airfoil.lift) > 0.5 else 1.0))
-    found: Float = np.interp(s, turbine.blade.aerodynamics.position, known)
-    return found
+    relative_thickness: Float = np.interp(s, turbine.blade.aerodynamics.position, known)
+    return relative_thickness
 
 
 def roundness(t: Float | float) -> Any:
