@@ -122,7 +122,7 @@ def power_coefficient(ratio: float, pitch: float, c: Coefficients) -> float:
 
 @kernel
 def thrust_coefficient(ratio: float, pitch: float, c: Coefficients) -> float:
-    """C_t at a tip-speed ratio and a pitch angle [rad]; 0 if none is given."""
+    """C_t at a tip-speed ratio and a pitch angle [rad]; 0 without thrust coefficients."""
     if c.coefficient.formula > 0.0:
         return 0.0
     return looked_up(THRUST, ratio, pitch, c)

@@ -23,9 +23,9 @@ from meltemi.aero.tables import FlapParameters as FlapParameters
 from meltemi.compiler import Numbers, kernel, where, whole
 
 STEP = pi / 180.0
-"""[rad] of the increments' grid, in both angles."""
+"""[rad] step of the increments' grid, in both angles."""
 ALPHAS, DELTAS = 81, 61
-"""Rows and columns of it, symmetric about zero: 40 and 30 degrees to both sides."""
+"""Rows and columns of the grid, symmetric about zero: 40 and 30 degrees to both sides."""
 
 
 @kernel

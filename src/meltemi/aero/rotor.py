@@ -62,7 +62,9 @@ def relative_wind(t: float, m: Air) -> None:
             flow.sin_bend[b, n] = sb
             relative_spin = spin - root_spin
             flow.rotation[b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
-            flow.pitching[b, n] = sb * (cp * relative_spin.x + sp * relative_spin.y) + cb * (relative_spin.z - pitch.rate[b])
+            flow.pitching[b, n] = sb * (cp * relative_spin.x + sp * relative_spin.y) + cb * (
+                relative_spin.z - pitch.rate[b]
+            )
             flow.theta[b, n] = chord_angle(cb, sb, section, aero.chord_angle)
             flow.radius[b, n] = norm(r - dot(r, shaft) * shaft)
 

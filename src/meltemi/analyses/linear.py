@@ -65,7 +65,7 @@ class LinearModel(Brief):
       states, inputs, outputs: names; in the fixed frame those of blades end with ``collective``, ``cosine``, ``sine``.
       state_units, input_units, output_units: SI units.
       x0, u0, y0: values at the operating point, to which deviations are added; azimuthal averages in the fixed frame.
-      azimuth: [rad] of blade 1, or None in the fixed frame.
+      azimuth: [rad] azimuth of blade 1, or None in the fixed frame.
       point: the operating point.
     """
 
@@ -212,15 +212,15 @@ def linearise(
     """Linear model about steady operation.
 
     Args:
-      point: from ``operating_point`` with the same model.
+      point: steady operation from ``operating_point`` with the same model.
       inputs: ``generator_torque``, ``pitch`` (of all blades), ``pitch_1`` to ``pitch_3``, ``wind_speed`` (uniform),
         ``vertical_wind``, ``wind_direction``, ``horizontal_shear``, ``vertical_shear`` (linear, as in a
         ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive), ``flap_1_1`` (flap, blade) and so
         on. Pitch and flaps are demands. With an electrical system the generator torque is a demand as well, and
         ``reactive_power``, ``grid_voltage`` and ``grid_frequency`` are further inputs.
       outputs: channels except the azimuth, by meltemi's names or OpenFAST's.
-      azimuth: [rad] of blade 1, for the model at this azimuth; by default the model in the fixed frame. There, a
-        channel or input of one blade adds those of the other two.
+      azimuth: [rad] azimuth of blade 1, for the model at this azimuth; by default the model in the fixed frame. There,
+        a channel or input of one blade adds those of the other two.
       azimuths: number of rotor positions in a third of a revolution over which the matrices are averaged; a divisor of
         12.
       progress: callback with the completed fraction.
@@ -378,7 +378,7 @@ def _pitch_actuator(case: Case) -> tuple[float, ...]:
 
 
 def _flap_actuator(case: Case, j: int) -> tuple[float, ...]:
-    """The same of flap ``j``."""
+    """Coefficients of the linear equation of the actuator of flap ``j``."""
     v = View(FlapActuators, case["flap_actuators"])
     model = actuator_models.MODELS[int(v["model"][j])]
     return tuple(model.coefficients(float(v["frequency"][j]), float(v["damping"][j])))
@@ -490,11 +490,11 @@ def _blade_of(name: str) -> tuple[str, int, str] | None:
 
 def _of_all_blades(names: Sequence[str]) -> list[str]:
     """The names, with those of a blade completed to all three blades, each once."""
-    found: dict[str, None] = {}
+    completed: dict[str, None] = {}
     for name in names:
         of = _blade_of(name)
-        found.update(dict.fromkeys([name] if of is None else [f"{of[0]}{b}{of[2]}" for b in (1, 2, 3)]))
-    return list(found)
+        completed.update(dict.fromkeys([name] if of is None else [f"{of[0]}{b}{of[2]}" for b in (1, 2, 3)]))
+    return list(completed)
 
 
 def _triples(variables: Sequence[Variable]) -> NDArray[np.intp]:

@@ -91,8 +91,8 @@ def natural_modes(
     """Natural modes of the turbine in vacuum, lowest frequency first.
 
     Args:
-      rotor_speed: [rad/s].
-      pitch: [rad] of all blades.
+      rotor_speed: [rad/s] speed of the rotor.
+      pitch: [rad] pitch angle of all blades.
       generator_free: whether the generator may rotate about its mean speed; otherwise its speed is prescribed.
 
     Raises:

@@ -18,11 +18,11 @@ from meltemi.turbine.power_turbine import AnyTurbine
 HALVINGS = 5
 """Bisections of the wind speeds that bracket rated wind speed: from 1 m/s to 3 cm/s."""
 PEAK_HALVINGS = 3
-"""Those of the intervals beside the largest thrust, whose curve is flat there unless the peak is at rated wind."""
+"""Bisections of the intervals beside the largest thrust, whose curve is flat unless the peak is at rated wind."""
 RATED_PITCH = 1e-3
 """[rad] pitch above the smallest one at which the turbine counts as above rated."""
 FINEST = 0.05
-"""[m/s] interval that is fine enough."""
+"""[m/s] interval below which none is halved."""
 THRUST = "rotor_aero_thrust"
 
 
@@ -49,7 +49,8 @@ def power_curve(
     Args:
       wind_speeds: [m/s]; by default all whole numbers from cut-in to cut-out, and then points that bracket rated wind
         speed and the peak of thrust.
-      controller: with one, the points are the means of runs in steady wind (:func:`controlled_point`).
+      controller: controller of the runs: with one, the points are the means of runs in steady wind
+        (:func:`controlled_point`).
     """
     points: dict[float, OperatingPoint] = {}
 

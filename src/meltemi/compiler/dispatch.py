@@ -52,7 +52,7 @@ class Variants(Generic[P, R]):
         return text
 
     def called(self, record: type[Record]) -> list[Callable[..., R]]:
-        """What a call with a class of records calls."""
+        """The function that a call with a class of records calls."""
         return [self.texts[each] for each in record.__mro__ if each in self.texts][:1]
 
     def of(self, record: type[Record]) -> Callable[..., R]:
@@ -78,7 +78,7 @@ class Hook(Variants[P, None]):
         self.chains: dict[type[Record], Callable[..., None]] = {}
 
     def called(self, record: type[Record]) -> list[Callable[..., None]]:
-        """What a call with a class of records calls."""
+        """The function that a call with a class of records calls."""
         return [self.texts[each] for each in record.__mro__ if each in self.texts]
 
     def of(self, record: type[Record]) -> Callable[..., None]:

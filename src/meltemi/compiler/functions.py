@@ -19,7 +19,7 @@ from numba.experimental.function_type import FunctionModel
 from numba.extending import NativeValue, intrinsic, register_model, typeof_impl, unbox
 
 CompilationError = NumbaError
-"""Of a function that Numba cannot compile; :func:`last_line` has the reason."""
+"""Error of a function that Numba cannot compile; :func:`last_line` has the reason."""
 
 
 def interpreted() -> bool:
@@ -58,7 +58,7 @@ def is_compiled_for(function: Any, signature: Any) -> bool:
 
 
 def last_line(error: BaseException) -> str:
-    """What a message of Numba says at its end, where the cause is."""
+    """The last line of a message of Numba, where the cause is."""
     return ([line.strip() for line in str(error).splitlines() if line.strip()] or [type(error).__name__])[-1]
 
 
@@ -88,7 +88,7 @@ class EntryPoint:
 
     Args:
       function: compiled for the signature.
-      signature: of Numba, such as ``types.void(types.float64)``.
+      signature: Numba's signature, such as ``types.void(types.float64)``.
     """
 
     def __init__(self, function: Any, signature: Any) -> None:

@@ -49,8 +49,8 @@ class Member(NamedTuple):
       table: class of the table; None for a plain array.
       dtype: type of the array entries.
       ndim: number of axes of the table, or of dimensions of the array.
-      in_lanes: whether its last axis is read in lanes if the record is.
-      constant: whether it has no derivatives.
+      in_lanes: whether the last axis is read in lanes if the record is.
+      constant: whether the member has no derivatives.
     """
 
     table: Any
@@ -84,7 +84,7 @@ class Record:
 
     Args:
       kind: number type of the kernels.
-      arrays: by the names of the members; contiguous.
+      arrays: contiguous arrays by the names of the members.
       slopes: derivatives of these arrays, for duals.
     """
 

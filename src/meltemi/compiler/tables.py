@@ -324,7 +324,7 @@ class Table(metaclass=TableType):
       rows: rows of the array in order; of a vector or matrix one for each component.
       names: names of the rows.
       tail: fields of variable length, which follow the others.
-      integer: whether its numbers are integers.
+      integer: whether the numbers are integers.
       outer: 1 if the first axis precedes the fields: ``array[len(table) * mode + row, blade, node]``.
       fields_last: whether the fields, which must be numbers, are the last axis: ``array[polar, angle, row]``.
     """

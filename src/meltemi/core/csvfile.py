@@ -18,9 +18,9 @@ from meltemi.core.errors import InputError
 from meltemi.core.files import replacing, text_of
 
 LARGEST = 1_000_000_000
-"""[bytes]."""
+"""[bytes] largest size of a file."""
 HEAD = re.compile(r"\s*([^\[\]]*[^\[\]\s])\s*\[\s*([^\]]*?)\s*\]\s*")
-"""A column's name and unit."""
+"""Name and unit of a column."""
 
 
 def read_columns(path: Path) -> tuple[list[tuple[str, str]], NDArray[np.float64]]:

@@ -18,9 +18,9 @@ from meltemi.core.record import Record
 from meltemi.core.units import ANGULAR, in_degrees
 
 AT = 100.0
-"""[m] rotor diameter of ranges that go with it."""
+"""[m] rotor diameter to which ranges that scale with it refer."""
 POWERS = {"m": 1, "s": 1, "kg": 3, "N": 2, "W": 2}
-"""Exponents of the rotor diameter of units."""
+"""Exponents of the rotor diameter by which ranges scale, by unit."""
 
 
 class Range(NamedTuple):
@@ -56,7 +56,7 @@ def unusual_numbers(record: Record, where: str = "", diameter: float | None = No
     """Sentences about numbers in a record beyond their usual ranges; of a field of records alike, one.
 
     Args:
-      where: key path of the record; diameter: [m] of the rotor, without which ranges that go with it are left out.
+      where: key path of the record; diameter: [m] of the rotor, without which ranges that scale with it are left out.
     """
     reported: set[tuple[type[Record], str]] = set()
     todo = [(where, record)]
@@ -70,11 +70,11 @@ def unusual_numbers(record: Record, where: str = "", diameter: float | None = No
                 todo += [(f"{key}.{i}", inner) for i, inner in pairs if isinstance(inner, Record)]
             elif usual is not None and value is not None and value is not default and not isinstance(value, str):
                 size = 1.0 if usual.power is None else ((diameter or np.nan) / AT) ** usual.power
-                magnitude = float(np.abs(value).max() if isinstance(value, np.ndarray | tuple) else abs(value))
+                amount = float(np.abs(value).max() if isinstance(value, np.ndarray | tuple) else abs(value))
                 least, most = usual.least * size, usual.most * size
-                if magnitude and (magnitude < least or magnitude > most) and (type(each), name) not in reported:
+                if amount and (amount < least or amount > most) and (type(each), name) not in reported:
                     reported.add((type(each), name))
                     unit = "" if usual.unit in ("", "-") else f" {usual.unit}"
-                    turned = f" ({in_degrees(magnitude, usual.unit)})" if usual.unit in ANGULAR else ""
+                    turned = f" ({in_degrees(amount, usual.unit)})" if usual.unit in ANGULAR else ""
                     of = f" for a rotor of {diameter:.3g} m" if usual.power else ""
-                    yield f"{key}: {magnitude:.4g}{unit}{turned} is unusual; usual is {least:.2g} to {most:.2g}{unit}{of}"
+                    yield f"{key}: {amount:.4g}{unit}{turned} is unusual; usual is {least:.2g} to {most:.2g}{unit}{of}"

@@ -21,7 +21,7 @@ from meltemi.structure.members import blade_beam, tower_beam
 Float = NDArray[np.float64]
 
 DEEPEST = 5.0
-"""[m] most that a platform may rise or sink to its equilibrium."""
+"""[m] largest rise or fall of a platform to its equilibrium."""
 ADDED = (1e-2, 1e2)
 """Bounds of added mass in surge over the mass of the water displaced."""
 STRETCH = 0.02
@@ -63,8 +63,8 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
         turn = np.zeros(6)
         turn[k] = 1e-3
         lines = -(lines_load(platform, turn)[k] - lines_load(platform, -turn)[k]) / 2e-3
-        own = 0.0 if platform.stiffness is None else platform.stiffness[k, k]
-        stiffness = rho * GRAVITY * c.hydrostatic[k, k] - weight + lines + own
+        platform_stiffness = 0.0 if platform.stiffness is None else platform.stiffness[k, k]
+        stiffness = rho * GRAVITY * c.hydrostatic[k, k] - weight + lines + platform_stiffness
         if stiffness <= 0.0:
             raise InputError(
                 f"{name}: platform capsizes in {motion}: water, weight and lines have a stiffness of {stiffness:.3g} "
@@ -111,7 +111,7 @@ def turbine_weight(turbine: Any) -> tuple[float, float]:
 
 
 def lines_load(platform: Platform, motion: Float) -> Float:
-    """(6,) [N], [N m] of the lines on the platform's point in a small motion (6,) [m], [rad]."""
+    """(6,) load [N], [N m] of the lines on the platform's point in a small motion (6,) [m], [rad]."""
     fairleads = np.array([np.zeros(3) if isinstance(line.fairlead, str) else line.fairlead for line in platform.lines])
     fairleads = fairleads.reshape(-1, 3)
     r = fairleads + np.cross(motion[3:], fairleads)

@@ -74,12 +74,14 @@ def _coefficients(content: h5py.File, path: Path) -> Coefficients:
     C, mass = array("hydrostatic_stiffness", *motions) / (rho * g), float(array("inertia_matrix", *motions)[0, 0])
     centre, R = np.asarray(content["center_of_mass"]), np.asarray(content["rotation_center"])
     water = C - tilt_stiffness(centre - R, -mass / rho)  # a body's own mass need not be that of the water displaced
-    coefficients = Coefficients(w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water)
+    coefficients = Coefficients(
+        w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water
+    )
     return about_still_water(coefficients, R, float(content["disp_mass"][()]) / rho)
 
 
 def _motions(names: Any, path: Path) -> list[int]:
-    """Places of the six motions among those of a dataset."""
+    """Indices of the six motions among those of a dataset."""
     known = [str(name.decode() if isinstance(name, bytes) else name).split("__")[-1].lower() for name in names]
     if sorted(known) != sorted(MOTIONS):
         raise InputError(f"{path}: expected the six motions of one rigid body, found {', '.join(known)[:80]}")

@@ -25,7 +25,7 @@ Complex = NDArray[np.complex128]
 
 DATA = Path(__file__).parent / "data"
 LARGEST = 200_000_000
-"""[bytes] of a file."""
+"""[bytes] largest size of a file."""
 
 
 def read_coefficients(name: str) -> Coefficients:
@@ -66,7 +66,7 @@ DAMAGED = (
     *(KeyError, ValueError, TypeError, AttributeError, IndexError, OSError, EOFError, RuntimeError, SyntaxError),
     *(OverflowError, MemoryError, zipfile.BadZipFile, zlib.error),
 )
-"""What a compact file raises that is cut, or has other bytes or content."""
+"""Exceptions for a compact file that is cut, or has other bytes or content."""
 
 
 def _check(path: Path, c: Coefficients) -> None:
@@ -167,5 +167,7 @@ def _table(path: Path, end: str, least: int, modes: slice) -> tuple[Float, NDArr
     table = np.array([row + [0.0] * (width - len(row)) for row in rows])
     columns = table[:, modes].T.astype(np.int64) - 1
     if columns.min() < 0 or columns.max() > 5:
-        raise InputError(f"{name}: modes must be from 1 to 6 (one body), found {columns.min() + 1} to {columns.max() + 1}")
+        raise InputError(
+            f"{name}: modes must be from 1 to 6 (one body), found {columns.min() + 1} to {columns.max() + 1}"
+        )
     return table, columns

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 LISTED = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0)
 """[s] periods of the printed table."""
 SLOW = 1.0
-"""[rad/s] up to which resonances are printed: those of the platform."""
+"""[rad/s] highest frequency of the printed resonances, those of the platform."""
 
 
 def rao(
@@ -48,7 +48,9 @@ def rao(
                 progress=progress,
             )  # fmt: skip
         both.append(("run", run, coherence))
-    files = [write_columns(out / f"rao_{label}.csv", *columns(operators, coherence)) for label, operators, coherence in both]
+    files = [
+        write_columns(out / f"rao_{label}.csv", *columns(operators, coherence)) for label, operators, coherence in both
+    ]
     files.append(write_figure(out / "rao.png", plot_operators(turbine, both)))
     platform = floater_of(model)
     figure = plot_radiation(turbine, platform.coefficients, platform.radiation)

@@ -16,13 +16,13 @@ from meltemi.sea.airy import GRAVITY, wave_number
 Float = NDArray[np.float64]
 
 KNOWN = 0.1
-"""Deviation of the volume by long waves from the platform's, above which they do not tell the stiffness."""
+"""Deviation of the volume by long waves from the platform's above which they do not determine the stiffness."""
 HEAVY = 0.2
-"""Least stiffness by the weight over that by long waves, below which they do not tell it."""
+"""Ratio of the stiffness by the weight to that by long waves below which they do not determine it."""
 SHORT = 0.2
 """[1/m] wave number of the longest of the short waves; they reach 1 / SHORT below still water."""
 ENOUGH = 3
-"""Short waves by which the height of their force is told."""
+"""Number of short waves that determine the height of their force."""
 
 
 def check_coefficients(c: Coefficients, platform: Platform, where: str) -> None:
@@ -31,7 +31,7 @@ def check_coefficients(c: Coefficients, platform: Platform, where: str) -> None:
     Coefficients whose waves do not tell it pass.
 
     Args:
-      c: of potential flow alone.
+      c: coefficients of potential flow alone.
       where: beginning of messages.
 
     Raises:
@@ -52,13 +52,14 @@ def check_coefficients(c: Coefficients, platform: Platform, where: str) -> None:
     if (known - stiffness) / weight > 0.5:
         raise InputError(
             f"{where}: stiffness in roll or pitch is {known:.4g} m^4 (over density and gravity); that of the water is "
-            f"{stiffness:.4g} by the excitation of long waves, and the platform's weight adds {weight:.4g}: give the water "
+            f"{stiffness:.4g} by the excitation of long waves, and the platform's weight adds {weight:.4g}: give the "
+            f"water "
             "alone in .hst (WAMIT: VCG 0; Capytaine: its dataset .nc, or center_of_mass (0, 0, 0))"
         )
 
 
 def force_height(c: Coefficients, k: Float) -> float | None:
-    """[m] of the horizontal force of short waves above the point of the moments (W-46); None without short waves."""
+    """Height [m] of the horizontal force of short waves above the point of the moments (W-46); None without them."""
     short = k > SHORT
     if short.sum() < ENOUGH:
         return None

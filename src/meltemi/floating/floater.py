@@ -84,12 +84,12 @@ MOTIONS = tuple(f"platform_{motion}" for motion in get_args(BaseMotion))
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
 CAPSIZED = pi / 3.0
-"""[rad] of tilt, beyond which a platform turns over: far beyond that for which stiffness of the water is linear."""
+"""[rad] tilt beyond which a platform turns over, far beyond that for which the stiffness of the water is linear."""
 
 
 @kernel
 def tilt_of(R: Rot) -> float:
-    """[rad] of an orientation's vertical axis."""
+    """Tilt [rad] of the vertical axis of an orientation."""
     return atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
 
 
@@ -226,7 +226,7 @@ def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
 @line_pull.variant
 @kernel
 def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
-    """Of a string in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
+    """Force of a string in its static shape on its fairlead, with drag and inertia of its motion (W-12 to W-15)."""
     ends, load, n = m.line_end, m.line_load, m.line_order.foot[i]
     v = ends.velocity[i]
     low = m.line.anchor[i] if n < 0 else m.point_state.place[n]
@@ -255,7 +255,7 @@ def settle_points(m: FloaterSystem) -> None:
 @settle_points.variant
 @kernel
 def settle_junctions(m: FloaterSystem) -> None:
-    """Of lines in their static shapes."""
+    """Bring the junctions of lines in their static shapes into equilibrium."""
     for n in range(m.point.points):  # type: ignore[attr-defined]
         if m.point.junction[n] > 0.0 and is_held(n, m):
             settle(n, m)
@@ -329,7 +329,7 @@ def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
 @begin_parts_step.variant
 @kernel
 def floater_begin(dt: float, m: FloaterSystem) -> None:
-    """Exact for the mean velocity over the step (W-4)."""
+    """Advance the radiation, exactly for the mean velocity over the step (W-4)."""
     x = m.radiation
     for n in range(x.modes):
         s, z = m.float_pole[n, 0], m.float_pole[n, 1]
@@ -347,7 +347,7 @@ def floater_begin(dt: float, m: FloaterSystem) -> None:
 @check_parts.variant
 @kernel
 def floater_upright(m: FloaterSystem, run: March) -> None:
-    """A platform that turns over ends the run."""
+    """End the run of a platform that turns over."""
     m.platform.tilt = tilt_of(point_motion(m).orientation)
     if m.platform.tilt > CAPSIZED:
         run.clock.status = DIVERGED
@@ -388,8 +388,8 @@ class FloaterPart(Part):
     Attributes:
       sizes: lengths of the axes of the signals.
       constants: all other arrays of the records.
-      coefficients, radiation: of the hull and its members, and the oscillations fitted to them.
-      platform: its description.
+      coefficients, radiation: coefficients of the hull and its members, and the oscillations fitted to them.
+      platform: description of the platform.
     """
 
     system: ClassVar[type[Record] | None] = FloaterSystem
@@ -432,12 +432,12 @@ class FloaterPart(Part):
         return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
 
     def notices(self, channels: Sequence[Channel]) -> list[str]:
-        """What recorded tensions of static lines lack."""
+        """Warnings about recorded tensions of static lines."""
         tensions = any(channel.source[0] == "line_load" for channel in channels)
         return [self.platform.tension_warning] if tensions and self.platform.tension_warning else []
 
     def why(self, case: Any) -> str:
-        """The platform turns over, or nothing."""
+        """The message that the platform turns over, or nothing."""
         if float(case.view("platform")["tilt"]) <= CAPSIZED:
             return ""
         return (
@@ -475,7 +475,7 @@ class FloaterPart(Part):
         """Level and current of a sea, as ``still`` has them, and the mean drift of its waves.
 
         Raises:
-          InputError: as of :meth:`in_sea`.
+          InputError: as for :meth:`in_sea`.
         """
         steady = self.in_sea(still, 1.0, (0.0, 0.0), gravity)
         steady.float_waves[:, 1:] += mean_drift(sea, self.coefficients, self.platform, gravity)
@@ -494,12 +494,12 @@ class FloatingSea(Part):
     float_forces: Float
 
     def arrays(self) -> dict[str, Any]:
-        """Those that replace the ones of still water."""
+        """Arrays that replace those of still water."""
         return {**vars(self), "floater": self.floater.copy(), "line": self.line.copy()}
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
-    """The platform of a turbine; as ``simulation.parts.parts_of``.
+    """The platform of a turbine; arguments and errors as for ``simulation.parts.parts_of``.
 
     Raises:
       InputError: no coefficients, no fit of the radiation, or the platform does not float.

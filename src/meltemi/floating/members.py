@@ -24,10 +24,10 @@ Complex = NDArray[np.complex128]
 PIECE = 2.0
 """[m] longest piece."""
 FARTHEST = 500.0
-"""[m] of a member from the tower's axis at still water."""
+"""[m] largest distance of a member from the tower's axis at still water."""
 FREQUENCY = np.arange(0.02, 5.0, 0.02)
 HEADING = np.arange(-180.0, 181.0, 10.0)
-"""[rad/s], [deg] of the excitation of a platform without potential flow."""
+"""[rad/s], [deg] frequencies and headings of the excitation of a platform without potential flow."""
 
 
 class Member(Record):
@@ -37,13 +37,13 @@ class Member(Record):
     """
 
     start: Vector
-    """(3,) [m] x, y, and height above still water; of a column the lower end."""
+    """(3,) [m] x, y, and height above still water of one end; for a column the lower one."""
     end: Vector
-    """(3,) [m]."""
+    """(3,) [m] position of the other end."""
     diameter: float = Field(gt=0.0)
-    """[m; 0.2 to 60] at the start."""
+    """[m; 0.2 to 60] diameter at the start."""
     end_diameter: float | None = Field(default=None, gt=0.0)
-    """[m] by default ``diameter``."""
+    """[m] diameter at the end; by default ``diameter``."""
     drag: float = Field(default=0.0, ge=0.0)
     """Drag coefficient [-; 0.2 to 3] across the member, over its diameter."""
     added_mass: float = Field(default=0.0, ge=0.0)
@@ -71,19 +71,19 @@ class Member(Record):
 
     @property
     def diameters(self) -> tuple[float, float]:
-        """[m] at start and end."""
+        """[m] diameters at start and end."""
         return self.diameter, self.diameter if self.end_diameter is None else self.end_diameter
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """What is under water of members, in pieces (P,); the start of a member is a piece without length.
+    """The submerged parts of members in pieces (P,); the start of a member is a piece without length.
 
     Attributes:
       place: (P, 3) [m] middle; axis: (P, 3).
       volume: [m^3]; drag, plate: [m^2] half the drag coefficient times area, across and along.
       added, along: [m^3] added mass over density, across and along; pushed: [m^3] volume that the wave pushes across;
-      area: [m^2] on which its pressure acts along the axis.
+      area: [m^2] area on which the pressure acts along the axis.
     """
 
     place: Float
@@ -164,7 +164,7 @@ def with_members(c: Coefficients | None, members: Sequence[Member], depth: float
 
     Args:
       c: potential flow; None without.
-      depth: [m].
+      depth: [m] depth of the water.
     """
     if c is None:
         one = np.zeros((len(FREQUENCY), 6, 6))

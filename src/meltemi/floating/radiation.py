@@ -18,14 +18,14 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 MEMORY, STEP = 60.0, 0.2
-"""[s] that the kernel lasts, and between its samples in the fit."""
+"""[s] length of the kernel, and interval between its samples in the fit."""
 GROUPS: tuple[tuple[int, ...], ...] = ((0, 4), (1, 3), (2,), (5,))
 """Motions that a platform with two planes of symmetry couples."""
 ORDERS = range(6, 41, 2)
 ACCURATE = 0.005
 """Root-mean-square error of the fitted kernel over that of the kernel, at which the order is enough."""
 SLOW = np.arange(0.0, 0.21, 0.05)
-"""[rad/s] of motions below the waves."""
+"""[rad/s] frequency of motions that are slower than the waves."""
 FIRM, CUTS, NOTHING, SMALL = 1e2, 20, 1e-4, 1e-4
 """Weight of conditions on the damping, most rounds of them, negative damping over the largest that is none, and
 residues over the largest that are left out."""
@@ -51,7 +51,7 @@ class Radiation:
 
     @property
     def words(self) -> str:
-        """Number of oscillations and errors, in words."""
+        """Text with the number of oscillations and the errors."""
         return (
             f"{len(self.pole)} oscillations, error {self.error:.1%} of the kernel, negative damping "
             f"{self.negative:.2%} of the largest"
@@ -105,7 +105,9 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     size[size <= 1e-6 * size.max()] = np.inf
     none = np.zeros((0, 6), dtype=np.complex128)
     groups = [Radiation(none[:, 0], none, none, 0.0, 0.0)]
-    groups += [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
+    groups += [
+        _group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()
+    ]
     pole, inputs, outputs = (np.concatenate([getattr(e, n) for e in groups]) for n in ("pole", "input", "output"))
     error, negative = max(each.error for each in groups), max(each.negative for each in groups)
     if error > WORST or negative > PASSIVE:

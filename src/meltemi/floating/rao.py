@@ -37,7 +37,7 @@ FLANK, WIDEST = 10, 0.1
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.3
 """Damping ratios that the bandwidth counts at least, and above which a mode has no resonance to be refined."""
 PERIODS = (5.0, 25.0)
-"""[s] of waves in which motions have their usual size."""
+"""[s] periods of waves in which motions have their usual size."""
 SILENT = 1e-3
 """Usual size of a motion over the largest one of its unit, below which it is left out of figures and tables."""
 BINS = 12
@@ -49,8 +49,8 @@ class Operators:
     """Motions and loads per wave amplitude over frequency.
 
     Attributes:
-      frequency: (F,) [rad/s].
-      channels, units: (K,).
+      frequency: (F,) [rad/s] angular frequencies.
+      channels, units: (K,) names and units of the channels.
       value: (F, K) complex; phase relative to the wave at the turbine at rest, advance positive.
       resonances: (R, 2) natural frequencies [rad/s] and damping ratios of the linear model, lowest first.
     """
@@ -68,7 +68,7 @@ class Operators:
 
     @property
     def readable(self) -> list[tuple[str, float]]:
-        """The same for figures and tables: forces and moments in kilo- or meganewtons."""
+        """Units and factors for figures and tables: forces and moments in kilo- or meganewtons."""
         readable = []
         for (unit, factor), size in zip(self.shown, self.usual(), strict=True):
             prefix, power = ("M", 1e-6) if size >= 1e6 else ("k", 1e-3)
@@ -111,7 +111,7 @@ def linear_operators(
 
     Args:
       wind_speed: [m/s]; 0 for a rotor at rest.
-      direction: [rad] of the waves' travel, clockwise as that of the wind.
+      direction: [rad] direction of the waves' travel, clockwise as that of the wind.
       frequency: (F,) [rad/s]; by default :func:`resonant_frequencies` up to the highest of the coefficients.
       progress: callback with the completed fraction.
 
@@ -194,7 +194,7 @@ def random_operators(
 
     Args:
       wind_speed: [m/s]; 0 for a rotor at rest.
-      direction: [rad] of the waves' travel, clockwise as that of the wind.
+      direction: [rad] direction of the waves' travel, clockwise as that of the wind.
       height: [m] significant height of the sea.
       duration: [s] evaluated, after a tenth of it.
       progress: callback with the completed fraction.

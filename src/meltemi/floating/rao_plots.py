@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 COHERENT = 0.6
 """Least coherence of the points of a run that are drawn."""
 LOWEST, HIGHEST = 1e-2, 1e2
-"""Of the usual amplitude of a channel: the ends of its axis, at most."""
+"""Widest limits of the axis of a channel, over its usual amplitude."""
 LONGEST, SHOWN = 40.0, {"surge": 0, "heave": 2, "pitch": 4, "yaw": 5}
-"""[s] of the kernels of the radiation that are drawn."""
+"""[s] length of the kernels of the radiation that are drawn."""
 
 
 def plot_operators(title: str, methods: Sequence[tuple[str, Operators, Any]]) -> Figure:
@@ -63,7 +63,7 @@ def plot_operators(title: str, methods: Sequence[tuple[str, Operators, Any]]) ->
 
 
 def shown_name(channel: str) -> str:
-    """A channel in words."""
+    """Text for a channel."""
     return channel.removeprefix("platform_").replace("_", " ")
 
 

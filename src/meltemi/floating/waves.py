@@ -22,9 +22,9 @@ from meltemi.sea.field import amplitudes_at, repeats, summed, times
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 MEAN_OF = 600.0
-"""[s] of a sea of which mean forces are taken."""
+"""[s] duration of a sea over which mean forces are taken."""
 HEADINGS = 36
-"""Of a platform over a turn, at which the excitation is known."""
+"""Number of headings of a platform over a turn at which the excitation is known."""
 FEWEST = 1e-4
 """Amplitude of waves over the largest below which they do not push a displaced platform."""
 
@@ -88,7 +88,7 @@ def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) ->
     """(6,) [N], [N m] mean forces of second order of the waves of a sea; zero without drift.
 
     Raises:
-      InputError: as of :func:`second_order`.
+      InputError: as for :func:`second_order`.
     """
     waves = sea.components(platform.depth, MEAN_OF, gravity)
     if platform.drift == "none" or not len(waves.frequency):

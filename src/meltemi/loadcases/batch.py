@@ -192,7 +192,7 @@ class Batch:
         return self._next() if repeated else (i, name, case)
 
     def _guarded(self, i: int, name: str, action: Callable[..., Any], *arguments: Any) -> Any:
-        """What an action for a case returns; an exception in it becomes the outcome of the case."""
+        """The value of an action for a case; an exception in it becomes the outcome of the case."""
         try:
             return action(*arguments)
         except BaseException as error:
@@ -278,7 +278,7 @@ def completed(outcomes: Iterable[Outcome]) -> list[Any]:
     """Values of the outcomes, all of which must have the status OK.
 
     Raises:
-      RunError: one did not; with its name and the reason.
+      RunError: a case has another status; the message has its name and the reason.
     """
     values = []
     for outcome in outcomes:

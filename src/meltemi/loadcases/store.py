@@ -20,7 +20,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
 Reduce = Callable[[Any], Any]
-"""From a result to what is kept of it."""
+"""Function from a result to the value that is kept of it."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,7 +33,7 @@ class Outcome(Shown):
       message: reason; empty for a complete and valid run.
       value: the result, the value of ``reduce``, or the file it was written to; None without a result.
       error: class of the exception that ended a failed case.
-      reused: whether its stored result was reused without a new run.
+      reused: whether the stored result was reused without a new run.
     """
 
     name: str

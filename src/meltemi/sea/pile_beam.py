@@ -58,7 +58,7 @@ def pile_beam(support: Support) -> Beam:
         heights += [growth.bottom, growth.top]
     for each in s.masses:
         heights += [each.height - each.length, each.height]
-    # twice, so that properties may be discontinuous there
+    # a repeated station, so that properties may be discontinuous there
     z = np.repeat(np.unique(np.clip(heights, foot, top)), 2)
     just = np.where(np.arange(len(z)) % 2, 1e-9, -1e-9) * (top - foot)
     inside = np.clip(z + just, foot, top)
@@ -127,7 +127,7 @@ class Springs:
     """Lateral springs of the soil along the pile.
 
     Attributes:
-      height: (N,) [m] above mean sea level.
+      height: (N,) [m] height above mean sea level.
       stiffness: (N,) [N/m] stiffness of the spring of each piece, along x and y.
       foot: (6, 6) stiffness under the foot.
     """
@@ -297,7 +297,7 @@ def supported_tower(
     stiffness (H-35).
 
     Args:
-      tip_mass ... given: as of ``tower_member``; the nodes are those of the tower, from its base.
+      tip_mass ... given: as for ``tower_member``; the nodes are those of the tower, from its base.
     """
     alone = tower_member(tower, counts, tip_mass, None, layout, given=given)
     beam = joined(pile_beam(support), tower_beam(tower))

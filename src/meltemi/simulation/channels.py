@@ -28,7 +28,7 @@ class Channel:
       description: meaning of the quantity.
       source: array of the case and row of the array.
       index: further indices of the array (blade, node or station).
-      wrap: whether it is an angle between 0 and 2 pi.
+      wrap: whether the channel is an angle between 0 and 2 pi.
       also: further names in OpenFAST.
     """
 
@@ -79,7 +79,7 @@ class Contents:
 
     Attributes:
       blades: number of blades.
-      nodes: of each blade; their channels are numbered from 1 at the root.
+      nodes: number of nodes of each blade; their channels are numbered from 1 at the root.
       blade_stations, tower_stations: number of additional stations with section loads.
       coordinates: names of the generalised coordinates; each has a channel, and so does its velocity.
       flaps: number of flaps of each blade.

@@ -43,7 +43,7 @@ def iced_polars(
     degree of attachment is that of the clean section.
 
     Args:
-      position: (n,) [m] of the nodes.
+      position: (n,) [m] distance of the nodes from the root.
       polars: (g, rows, columns) on the grid over the full circle; section: (g, constants); index: (n,).
 
     Returns:

@@ -73,7 +73,7 @@ class InductionPart(Part):
 
     Attributes:
       n_blades: number of blades.
-      line_ends: of ``LineAir``.
+      line_ends: ends of the lifting lines, see ``LineAir``.
     """
 
     replaces_momentum: ClassVar[bool] = True

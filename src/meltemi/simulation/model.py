@@ -44,7 +44,7 @@ class Rotor(Protocol):
     """Interface of a kind of rotor to models and cases, including its tower and shaft.
 
     Attributes:
-      in_lanes: whether its nodes may be evaluated in lanes.
+      in_lanes: whether the nodes may be evaluated in lanes.
       system, sections: classes of the records of its kernels, for evaluations and for section loads.
       parameter_tables: table, array and names of the scalar parameters of a model.
       signals: tables of the arrays that channels may record, by array; q, v and a are additional.
@@ -106,7 +106,7 @@ class Model(Brief, Viewed, Generic[R]):
       coordinates: names of the generalised coordinates, in their order.
       locked ... actuators: arrays of the kernels, see the tables of their layers.
       rotor: blades and tower, or a disk with a power coefficient.
-      parts: what only some models have, such as an electrical system.
+      parts: further parts of the machine, such as an electrical system.
     """
 
     turbine: Any

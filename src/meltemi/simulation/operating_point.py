@@ -33,9 +33,9 @@ class OperatingPoint(Brief):
 
     Attributes:
       wind: the steady wind.
-      rotor_speed: [rad/s].
-      pitch: [rad].
-      generator_torque: [N m].
+      rotor_speed: [rad/s] mean speed of the rotor.
+      pitch: [rad] mean pitch angle.
+      generator_torque: [N m] mean generator torque.
       imbalance: [N m] residual torque on the low-speed shaft; zero when the speed is free and an electrical
         system, if there is one, can supply the torque.
       q, v: coordinates and velocities with blade 1 up.
@@ -43,7 +43,7 @@ class OperatingPoint(Brief):
       revolution: (azimuths, states) q, v and aero in one row, at equal steps of the azimuth from 0.
       means: azimuthal averages of all signals.
       warnings: such as that the motion is unstable.
-      azimuth: [rad] of blade 1 at the start of a run.
+      azimuth: [rad] azimuth of blade 1 at the start of a run.
     """
 
     wind: SteadyWind

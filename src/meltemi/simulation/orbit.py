@@ -42,7 +42,7 @@ SAMPLES = 12
 SWEEPS = 3
 """Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
 UNLIKE_SWEEPS = 3 * SWEEPS
-"""The same for blades that differ: a balance over one revolution, after revolutions in which the blades settle."""
+"""Sectors marched for blades that differ: a balance over one revolution, after revolutions in which they settle."""
 JACOBIAN_SAMPLES = 10
 PERTURBATION = 1e-3
 """[m or rad] perturbation of the coefficients for finite differences."""
@@ -64,9 +64,9 @@ def residuals_of(
     """Residuals of the equations of motion at consecutive instants of a motion.
 
     Args:
-      dt: [s] between the instants.
+      dt: [s] interval between the instants.
       motion: (3, instants, coordinates) coordinates, velocities and accelerations.
-      equations: of motion, ``step.equations``, by its address.
+      equations: the equations of motion, ``step.equations``, by address.
       m, one: the system, and the same node by node.
       core, blade: (instants, core), (instants, blades, modes) receive the residuals.
       lack: (2, blades, nodes) receives the sums of quasi-steady minus lagged induced velocity, normal and tangential.
@@ -169,8 +169,8 @@ class Orbit:
         """Residuals of the equations at consecutive azimuths: (azimuths, core), (azimuths, blades, modes).
 
         Args:
-          motion: (3, azimuths, coordinates), of :meth:`motion`.
-          dt: [s] between the azimuths; 0 holds inflow and stall.
+          motion: (3, azimuths, coordinates), as :meth:`motion` returns it.
+          dt: [s] interval between the azimuths; 0 holds inflow and stall.
         """
         case, n = self.case, motion.shape[1]
         core, blade = np.empty((n, self.core)), np.empty((n, self.B, self.K))
@@ -355,7 +355,7 @@ class Orbit:
         """March one more revolution, average all signals, and store the state with blade 1 up.
 
         Args:
-          azimuth, warnings: of the operating point.
+          azimuth, warnings: azimuth and warnings of the operating point.
         """
         case, B = self.case, self.B
         # approach azimuth 0 with the flow that belongs to it

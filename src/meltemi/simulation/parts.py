@@ -32,7 +32,7 @@ class Variable:
 
     Attributes:
       name, unit: name; SI unit.
-      value: of an input at the operating point.
+      value: value of an input at the operating point.
       moves: entries of a case, each with its change for a unit change of the state or input.
       shows: entry of a case with the value of an output, or with the derivative of a state.
     """
@@ -50,7 +50,7 @@ class StateRows:
 
     Attributes:
       array, derivative: names of the arrays.
-      names, units: of the states.
+      names, units: names and units of the states.
     """
 
     array: str
@@ -65,14 +65,14 @@ class StateRows:
 
 
 class Part:
-    """Base of parts: nothing. A part is a frozen data class of the arrays that its records need.
+    """Base of parts, which does nothing. A part is a frozen data class of the arrays that its records need.
 
     Attributes:
       control: class of records that extends ``simulation.system.Control``, or None.
-      system: the same of the turbine's system.
+      system: class of the record of the turbine with this part.
       signals: arrays that channels may record, by their tables; states are among them, so that they are saved.
       parameter_tables: table, array and names of scalar parameters, as of a rotor.
-      replaces_momentum: whether it computes the induced velocities in place of the momentum balance.
+      replaces_momentum: whether the part computes the induced velocities in place of the momentum balance.
     """
 
     replaces_momentum: ClassVar[bool] = False
@@ -83,7 +83,7 @@ class Part:
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Names of its channels that a run records by default."""
+        """Names of the channels of the part that a run records by default."""
         return ()
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -95,10 +95,10 @@ class Part:
         return {}
 
     def begin(self, case: Any) -> None:
-        """Bring it into steady operation by evaluations of a case at the present motion, after ``step.begin_parts``."""
+        """Bring the part into steady operation at the present motion by evaluations, after ``step.begin_parts``."""
 
     def channels(self) -> Sequence[Channel]:
-        """What a run can record of it."""
+        """Channels that a run can record of the part."""
         return ()
 
     def states(self) -> Sequence[StateRows]:
@@ -114,11 +114,11 @@ class Part:
         return []
 
     def why(self, case: Any) -> str:
-        """Why it ended a run, or nothing."""
+        """Reason for which the part ended a run, or nothing."""
         return ""
 
     def log(self, case: Any, time: float) -> list[LogEntry]:
-        """What happened to it in a case up to a time [s]."""
+        """Log of the part in a case up to a time [s]."""
         return []
 
 
@@ -140,7 +140,7 @@ def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:
     """Parts of a turbine with a rotor.
 
     Raises:
-      InputError: one is not described, is not installed, or does not suit the turbine.
+      InputError: a part is not described, is not installed, or does not suit the turbine.
     """
     makers = [import_module(module).part_of for module, has in PARTS.items() if has(turbine, options)]
     makers += [_registered(name) for name in getattr(turbine, "extensions", ())]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,13 +31,14 @@ from meltemi.wind.turbulent import realised
 
 if TYPE_CHECKING:
     from meltemi.simulation.events import BaseEvent
-    from meltemi.simulation.scene.motion import Recorder
 
 
 MOST_STEPS, STEPS_A_SECOND = 200_000_000, 20_000
-"""Of a run, and of a usual machine."""
+"""Largest number of time steps of a run, and steps that a usual machine computes in a second."""
 MOST_OUTPUT = 16_000_000_000
-"""[bytes] of the samples of a run."""
+"""[bytes] largest size of the samples of a run."""
+SCENE = "meltemi.scene.motion"
+"""Module whose ``Recorder`` records what the view of a run needs."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +55,10 @@ class Plan:
     """A checked run.
 
     Attributes:
-      model, stations, channels: what is simulated, and recorded.
-      parts: what acts on it besides its own parts.
-      recorder: of the view, if there is one.
-      events: what happens.
+      model, stations, channels: the simulated model, and what is recorded.
+      parts: parts of the run besides those of the model.
+      recorder: of the scene for the view, ``meltemi.scene.motion.Recorder``; None without a view.
+      events: events of the run.
       dt: [s] time step.
       n_steps, every_output: number of time steps, and of those between samples.
     """
@@ -65,7 +67,7 @@ class Plan:
     stations: Stations
     parts: tuple[Part, ...]
     channels: tuple[Channel, ...]
-    recorder: Recorder | None
+    recorder: Any
     events: Events
     dt: float
     n_steps: int
@@ -103,9 +105,7 @@ def planned(run: Run) -> Plan:
     chosen = choose(model, run.channels, stations, parts)
     recorder = None
     if run.view:
-        from meltemi.simulation.scene.motion import Recorder
-
-        recorder = Recorder(model, stations)
+        recorder = import_module(SCENE).Recorder(model, stations)
         stations = recorder.stations
     size = 8 * len(chosen) * (n_steps // every_output + 1)
     if size > MOST_OUTPUT:
@@ -141,7 +141,7 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
     """The wind of a run as a field, and warnings about turbine, wind and events.
 
     Raises:
-      InputError: it does not cover the run.
+      InputError: the wind does not cover the run.
     """
     turbine, described = plan.model.turbine, run.wind() if callable(run.wind) else run.wind
     produces, yaw = not isinstance(run.start, Start), plan.model.options.nacelle_yaw
@@ -171,7 +171,8 @@ def controller_of(run: Run, plan: Plan, wind: Wind) -> tuple[Controller, int]:
     """The controller of a run, and the number of time steps between its calls.
 
     Raises:
-      InputError: it is none, turns a nacelle that the model holds, or its sample time does not fit the time step.
+      InputError: the object is not a controller, turns a nacelle that the model holds, or its sample time does not fit
+        the time step.
     """
     controller = run.controller(wind) if callable(run.controller) else run.controller
     controller = controller or BaselineController(plan.model.turbine)

@@ -69,7 +69,7 @@ def surroundings(run: Run, plan: Plan) -> Surroundings:
     controller, every_control = controller_of(run, plan, wind)
     try:
         start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
-    except InputError as error:  # what is implausible may be why
+    except InputError as error:  # an implausible value may be the cause
         raise InputError("; note: ".join([str(error), *noticed])) from None
     log = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))
     return Surroundings(wind, controller, every_control, start, (*noticed, *words), log)

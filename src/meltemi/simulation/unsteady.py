@@ -15,7 +15,7 @@ def wind_log(wind: Wind, duration: float, dt: float) -> Iterator[tuple[int, LogE
     """Begin and end of a gust or another change of the wind for a part of a run, each with its time step.
 
     Args:
-      duration, dt: [s] of the run and of its time step.
+      duration, dt: [s] duration of the run, and its time step.
     """
     span = wind.changes if isinstance(wind, WindSeries) else None
     if span is None or (span[0] <= 0.0 and span[1] >= duration):
@@ -30,7 +30,7 @@ def unseen(wind: Wind, others: Mapping[str, Record | None], duration: float, tra
 
     Args:
       others: descriptions of grid and air, by name.
-      duration, transient: [s] of the run.
+      duration, transient: [s] duration of the run and of its initial transient.
     """
     causes = []
     if isinstance(wind, WindSeries) and (span := wind.changes):

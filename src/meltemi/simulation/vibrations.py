@@ -18,16 +18,16 @@ Float = NDArray[np.float64]
 T = TypeVar("T")
 
 KEEP = 64
-"""Models whose step and own vibrations are remembered."""
+"""Number of models whose step and vibrations are remembered."""
 STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
-"""The same with implicit stiffness and damping of all coordinates, and the fewest steps within OUTPUT_STEP."""
+"""Largest product with implicit stiffness and damping of all coordinates, and the fewest steps within OUTPUT_STEP."""
 RESIDUAL_PARTS = 5
 """Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/theory/simulation.md)."""
 STIFF, BAND = 2.0, 20.0
-"""A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]; for the
-shaft the latter is enough."""
+"""A coordinate is stiff if its frequency exceeds that of softer ones by this factor, and by this factor BAND [rad/s];
+for the shaft the latter is enough."""
 LARGEST_ANGLE = 2.5
 """[rad] largest phase of a vibration over an implicit step; faster ones keep it."""
 MOST_DAMPING = 0.5

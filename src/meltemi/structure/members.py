@@ -50,7 +50,7 @@ class NodeLayout:
     """Positions of the nodes of a blade or tower.
 
     Attributes:
-      position: (N,) [m] from the root.
+      position: (N,) [m] distances from the root.
       edges: (N + 1,) [m] boundaries of the pieces that move with the nodes.
     """
 
@@ -140,7 +140,7 @@ def tower_member(
 
     Args:
       tip_mass: (6, 6) inertia that the tower carries, about its top.
-      foundation: its motions, if it has any, become further modes, ``"base surge"``.
+      foundation: foundation of the tower; its motions, if it has any, become further modes, ``"base surge"``.
       given: use the mode shapes of the description instead of natural modes.
 
     Raises:
@@ -283,10 +283,10 @@ def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> 
     which: list[int] = []
     names: list[str] = []
     for name, (component, count) in wanted.items():
-        found = np.flatnonzero(kind == component)[:count]
-        if len(found) < count:
-            raise UnsupportedError(f"only {len(found)} {name} modes were found, {count} are requested")
-        which += found.tolist()
+        candidates = np.flatnonzero(kind == component)[:count]
+        if len(candidates) < count:
+            raise UnsupportedError(f"only {len(candidates)} {name} modes were found, {count} are requested")
+        which += candidates.tolist()
         names += [f"{ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)
     return picked.scaled(_to_unit_motion(picked, kind[which])), names

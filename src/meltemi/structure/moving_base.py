@@ -37,9 +37,9 @@ from meltemi.structure.tower import (
 class Base(Table):
     """Motion of the tower's base, inertial axes; it is the interface of tower and base."""
 
-    position: Vec = xyz("m", "of the tower's base")
-    velocity: Vec = xyz("m/s", "its velocity")
-    acceleration: Vec = xyz("m/s^2", "its acceleration, known part")
+    position: Vec = xyz("m", "position of the tower's base")
+    velocity: Vec = xyz("m/s", "velocity of the tower's base")
+    acceleration: Vec = xyz("m/s^2", "known acceleration of the tower's base")
     orientation: Rot = matrix("-", "of the base")
     spin: Vec = xyz("rad/s", "angular velocity")
     spin_rate: Vec = xyz("rad/s^2", "angular acceleration, known part")
@@ -80,7 +80,7 @@ def moving_base(tower: Member, top_mass: float) -> dict[str, Any]:
     """Arrays of the records of a tower on a moving base.
 
     Args:
-      tower: its modes, and then the motions of its base (``structure.members.on_foundation``).
+      tower: the modes of the tower, and then the motions of its base (``structure.members.on_foundation``).
       top_mass: [kg] fixed to its top.
     """
     assert tower.momenta is not None, "its base moves"

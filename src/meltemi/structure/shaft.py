@@ -104,7 +104,11 @@ def drivetrain(m: Structure) -> None:
     brake = drive.brake_torque * tanh(ratio * v[g] / drive.brake_speed)
     high_speed_torque = drive.generator_torque + brake
     # the rotor drives the gearbox, whose losses reduce the torque; a motoring generator covers them itself
-    high_speed_torque = high_speed_torque / p.gearbox_efficiency if high_speed_torque >= 0.0 else high_speed_torque * p.gearbox_efficiency
+    high_speed_torque = (
+        high_speed_torque / p.gearbox_efficiency
+        if high_speed_torque >= 0.0
+        else high_speed_torque * p.gearbox_efficiency
+    )
     m.core_force[g] -= ratio * high_speed_torque + turns * dot(shaft, known)
     m.core_force[t] -= p.shaft_stiffness * m.q[t] + p.shaft_damping * v[t]
 

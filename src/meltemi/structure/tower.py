@@ -181,7 +181,7 @@ def stations_below(top: Vec, F_top: Vec, M_top: Vec, modes: int, m: Structure, s
     """Loads at the stations from those below the yaw bearing and those of the pieces (S-45).
 
     Args:
-      top: [m] of the tower top, axes of the base, with the base at its height at rest.
+      top: [m] position of the tower top, axes of the base, with the base at its height at rest.
       F_top, M_top: force and moment there, with those of the mass fixed to the tower top.
     """
     base, shape, nodes, piece, out = (

@@ -24,6 +24,7 @@ from meltemi.controllers.specification import (
 )
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
+from meltemi.scene.record import Scene, packed
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.events import (
     BaseEvent,
@@ -41,7 +42,6 @@ from meltemi.simulation.events import (
 from meltemi.simulation.model import Model
 from meltemi.simulation.plan import model_channels
 from meltemi.simulation.rotors import build
-from meltemi.simulation.scene.record import Scene, packed
 from meltemi.turbine.definition import Turbine
 from meltemi.view.live_run import SAMPLE, LiveRun, LiveWind, WindState
 from meltemi.view.view import PLOTS, Look, View, view_of

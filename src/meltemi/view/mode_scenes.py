@@ -11,12 +11,12 @@ from meltemi.analyses.campbell import Campbell
 from meltemi.analyses.linear import PARTS
 from meltemi.analyses.modes import Mode
 from meltemi.core.errors import MeltemiError
+from meltemi.scene.motion import blade_arrays, deformed
+from meltemi.scene.record import Scene
+from meltemi.scene.shape import machine, sections
 from meltemi.simulation.bladed.rotor import with_blades
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model, Rows
-from meltemi.simulation.scene.motion import blade_arrays, deformed
-from meltemi.simulation.scene.record import Scene
-from meltemi.simulation.scene.shape import machine, sections
 from meltemi.simulation.trim import operating_point
 from meltemi.wind.fields import SteadyWind
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.scene.air import CrossSection, wind_section
-from meltemi.simulation.scene.record import Scene, track_arrays
+from meltemi.scene.air import CrossSection, wind_section
+from meltemi.scene.record import Scene, track_arrays
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import WindGrid
 from meltemi.wind.fields import SharedTurbulence, Wind, WindBox, WindSeries

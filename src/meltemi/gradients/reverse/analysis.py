@@ -35,9 +35,9 @@ class Module:
 
     Attributes:
       order: names of the functions that are called, after those that they call.
-      parts: what is known of each of them.
+      parts: analysis of each function.
       used: [bytes] memory that the functions use, before the arrays.
-      emitter: of the instructions of all functions.
+      emitter: emitter of the instructions of all functions.
       plain: code of the functions that record nothing, by name.
     """
 
@@ -94,21 +94,21 @@ class Part:
     """One function of a module.
 
     Args:
-      module: to which it belongs.
-      function: as it was read.
-      number: of the function in the module.
+      module: module of the function.
+      function: records of its code.
+      number: number of the function in the module.
 
     Attributes:
       results: instructions by the name of their result.
       users: instructions that use a value, by its name.
       homes: labels of the blocks of the instructions.
-      calls: of functions of the module.
+      calls: calls of functions of the module.
       slots: places in the memory of what is on the stack.
       floats: arguments with derivatives.
       result: type of the results of the adjoint: those of ``floats``.
       across: values whose adjoints pass from block to block.
       kept: places of the constants of loops, with their types.
-      unit: [bytes] of its records on the tape.
+      unit: [bytes] unit of its records on the tape.
     """
 
     def __init__(self, module: Module, function: Function, number: int) -> None:

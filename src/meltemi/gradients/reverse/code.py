@@ -32,15 +32,15 @@ class Instruction:
     """One instruction.
 
     Attributes:
-      name: of its result, ``%v7``; empty if there is none.
+      name: name of the result, ``%v7``; empty if there is none.
       operation: ``end`` for those that end a block.
       kind: type of the result; that of the stored value for ``store``.
-      code: what follows the name, without metadata.
+      code: text after the name, without metadata.
       operands: values with their types.
-      callee: of a call, ``@name``; empty if its address is computed.
-      sources: of a ``phi``, the predecessor of each operand.
-      element: of ``getelementptr``, the type over which it steps.
-      places: of ``insertvalue``, the indices of the member.
+      callee: callee of a call, ``@name``; empty if its address is computed.
+      sources: for a ``phi``, the predecessor of each operand.
+      element: for ``getelementptr``, the type over which it steps.
+      places: for ``insertvalue``, the indices of the member.
       align: [bytes] that an access to memory states; 0 for none.
       invariant: whether a load is of memory that never changes.
     """
@@ -107,7 +107,7 @@ class Function:
     """A function, with values and labels renamed to ``%v1``, ``%v2`` and so on.
 
     Attributes:
-      kernel: its name in Python, for messages.
+      kernel: name of the kernel in Python, for messages.
     """
 
     name: str

@@ -39,7 +39,7 @@ class Compiled:
       name: for the cache, if all sources of function and records are those of meltemi; otherwise their code tells.
 
     Attributes:
-      used: [bytes] of the memory that the code uses itself.
+      used: [bytes] memory that the code uses itself.
 
     Raises:
       InputError: the function calls something whose derivative is not known.

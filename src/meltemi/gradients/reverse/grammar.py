@@ -63,7 +63,7 @@ class _Row:
 
     @property
     def token(self) -> str:
-        """The next one; empty at the end."""
+        """The next token; empty at the end."""
         return self.tokens[self.at][0] if self.at < len(self.tokens) else ""
 
     def take(self, wanted: str = "") -> str:

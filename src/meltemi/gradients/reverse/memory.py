@@ -20,12 +20,12 @@ class Memory:
     """Copies of the arrays of records, with their adjoints.
 
     Args:
-      records: of one run; arrays that they share stay shared. Arrays of single precision remain where they are.
-      used: [bytes] at the beginning, for the compiled code.
+      records: records of one run; arrays that they share stay shared. Arrays of single precision remain where they are.
+      used: [bytes] memory at the beginning, for the compiled code.
 
     Attributes:
       base: address of the block.
-      addresses: of the words of the copies of the records.
+      addresses: addresses of the words of the copies of the records.
 
     Raises:
       InputError: the arrays are too large.
@@ -93,7 +93,7 @@ class Memory:
         return int(self.places[k] + address - self.begins[k])
 
     def rewind(self) -> None:
-        """Begin the tape anew."""
+        """Rewind the tape to its beginning."""
         self._end[0] = self.tape
 
     @property

@@ -121,8 +121,8 @@ def _check(part: Part, call: Instruction) -> None:
     """Check that a function outside the module may be called in a code that is differentiated.
 
     Raises:
-      InputError: it may change memory, for instance because it allocates an array.
-      MeltemiError: its address is computed, so that nothing is known of it.
+      InputError: the function may change memory, for instance because it allocates an array.
+      MeltemiError: the address of the function is computed, so that its code is unknown.
     """
     if not call.callee:
         raise no_rule(call.text, part.function.kernel)

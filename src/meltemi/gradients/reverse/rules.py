@@ -43,7 +43,7 @@ class Emitter:
         return self.new(f"{name} nsz arcp contract {kind} {x}, {y}")
 
     def neg(self, kind: str, x: str) -> str:
-        """The negative."""
+        """The negative of a value."""
         return self.new(f"fneg nsz arcp contract {kind} {x}")
 
     def guard(self, kind: str, a: str, term: str) -> str:
@@ -67,7 +67,9 @@ class Emitter:
                 vector = "poison"
                 for i in range(int(kind[1:].split(" ")[0])):
                     parts = [self.new(f"extractelement {kind} {each}, i64 {i}") for each in x]
-                    vector = self.new(f"insertelement {kind} {vector}, double {self.call(name, 'double', *parts)}, i64 {i}")
+                    vector = self.new(
+                        f"insertelement {kind} {vector}, double {self.call(name, 'double', *parts)}, i64 {i}"
+                    )
                 return vector
             full = f"@{name}"
         else:

@@ -43,7 +43,9 @@ def polars_outside(
     if environment.rain is not None:
         from meltemi.simulation.rain import wet_polars
 
-        polars, section, nearest = wet_polars(turbine, environment, environment.rain, position, polars, section, nearest)
+        polars, section, nearest = wet_polars(
+            turbine, environment, environment.rain, position, polars, section, nearest
+        )
     return polars, section, nearest
 
 
@@ -177,7 +179,7 @@ def polars_of(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tu
 def _augmented(
     turbine: Turbine, layout: NodeLayout, options: ModelOptions, grid: Float, polars: list[Float], sections: list[Float]
 ) -> tuple[Float, Float, NDArray[np.int64]]:
-    """The same with a polar of its own for each node, corrected for the rotation of the blade."""
+    """Polars at the nodes with a separate polar for each node, corrected for the rotation of the blade."""
     from meltemi.aero.rotational_augmentation import augmented
 
     if options.advanced.stall_fit != "hansen":

@@ -69,7 +69,7 @@ def build_bladed(
     """Make a model of a turbine with blades and tower.
 
     Args:
-      turbine, options, environment: as of ``build``.
+      turbine, options, environment: as for ``build``.
 
     Raises:
       UnsupportedError: the turbine or the options request a feature that is not modelled.
@@ -184,9 +184,9 @@ def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
     usual = (3, 2, 1, 4) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists), 0)
     if options.torsion_modes == 0 or options.mode_shapes == "given":
         usual = (*usual[:3], 0)
-    asked = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)
+    requested = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)
     kinds = ("flap", "edge", "torsion", "residual")
-    counts = {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
+    counts = {kind: n if given is None else given for kind, n, given in zip(kinds, usual, requested, strict=True)}
     many = any(counts[kind] > most for kind, most in zip(kinds, MOST_NATURAL, strict=False))
     if many and usual[3] and options.residual_modes is None:
         counts["residual"] = MOST_RESIDUAL

@@ -264,7 +264,7 @@ def with_blades(model: Model[Any], what: str) -> BladedModel:
     """The model, which must have blades and a tower for ``what``.
 
     Raises:
-      InputError: it has a rotor with a power coefficient.
+      InputError: the model has a rotor with a power coefficient.
     """
     if not isinstance(model.rotor, BladedRotor):
         from meltemi.turbine.power_turbine import aeroelastic

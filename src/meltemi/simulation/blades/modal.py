@@ -18,8 +18,8 @@ def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDA
     """Arrays that the records have beyond those of every turbine with blades: none.
 
     Args:
-      turbine: its description.
-      blade: one of its blades with its modes.
+      turbine: description of the turbine.
+      blade: a blade of the turbine with its modes.
       layout: nodes of a blade.
     """
     return {}

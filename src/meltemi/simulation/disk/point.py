@@ -58,7 +58,9 @@ def disk_point(
         case.evaluate(0.0)
     case.control.drive.generator_torque = torque_demand = float(steady_torque(law, ratio * rotor_speed, angle))
     case.begin_parts()
-    imbalance += ratio * (torque_demand - float(case.control.drive.generator_torque))  # what the machine cannot make is left
+    imbalance += ratio * (
+        torque_demand - float(case.control.drive.generator_torque)
+    )  # the torque that the generator cannot deliver is left
     case.loads(0.0)
     q, v = case["q"].copy(), case["v"].copy()
     channels = disk_channels(model)

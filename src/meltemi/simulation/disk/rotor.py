@@ -75,7 +75,7 @@ class DiskRotor:
         return {name: t.shape(blade=turbine.n_blades, flap=0, mode=0) for name, t in self.signals.items()}
 
     def states(self, turbine: PowerTurbine, lanes: bool) -> dict[str, tuple[int, ...]]:
-        """None."""
+        """A power-coefficient turbine has no states of the aerodynamics."""
         return {}
 
     def arrays(self, turbine: PowerTurbine, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:

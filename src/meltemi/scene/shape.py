@@ -16,9 +16,9 @@ Float = NDArray[np.float64]
 SECTIONS, POINTS, LEVELS = 40, 28, 24
 """Sections of a blade that are drawn, points of their outlines, and sections of the tower."""
 CAMBER = 0.025
-"""Of the drawn airfoils, over the chord."""
+"""Camber of the drawn airfoils, over the chord."""
 USUAL_THICKNESS = 0.21
-"""Of an airfoil whose thickness is unknown."""
+"""Relative thickness of an airfoil whose thickness is unknown."""
 
 
 def sections(length: float) -> Float:

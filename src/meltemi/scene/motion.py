@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.scene.air import CrossSection, wind_section
+from meltemi.scene.record import Scene, track_arrays
+from meltemi.scene.shape import beam_axis, blade_skin, machine, sections
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model, Stations
-from meltemi.simulation.scene.air import CrossSection, wind_section
-from meltemi.simulation.scene.record import Scene, track_arrays
-from meltemi.simulation.scene.shape import beam_axis, blade_skin, machine, sections
 from meltemi.structure.blades import blade_motion
 from meltemi.wind.fields import SteadyWind, Wind
 
@@ -41,8 +41,8 @@ class Recorder:
     """Records what a scene needs, as further columns of a run's output.
 
     Args:
-      model: with blades.
-      stations: those that the run has already.
+      model: model of a turbine with blades.
+      stations: stations of section loads of the run.
 
     Raises:
       InputError: the model is a power-coefficient turbine.
@@ -92,8 +92,8 @@ class Recorder:
 
         Args:
           data: (T, n) values of the signals of :meth:`places`.
-          time: (T,) [s].
-          wind: of the run.
+          time: (T,) [s] instants of the samples.
+          wind: wind of the run.
         """
         good = np.isfinite(data).all(axis=1)
         if not good.any():
@@ -184,7 +184,7 @@ def deformed(case: Case, q: Float, tip: Float | None, s: Float) -> Float:
     """(T, B, S, 6) displacement [m] of the blade sections and their rotation vector [rad], blade axes.
 
     Args:
-      case: of the model, whose coordinates and motion are overwritten.
+      case: a case of the model, whose coordinates and motion are overwritten.
       q: (T, n) coordinates.
       tip: (T, B, 6) displacement and rotation of the tips; without it they are extrapolated.
       s: (S,) [m] sections from the blade root.
