@@ -17,7 +17,7 @@ from meltemi.loads.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loads.loadbase.reduction import reduced
 from meltemi.loads.loadbase.store import Store
 from meltemi.loads.loadbase.table import load_table
-from meltemi.simulation.channels import Contents, catalogue, find
+from meltemi.simulation.channels import ChannelSet, catalogue, find
 from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
 
@@ -77,7 +77,7 @@ def synthetic_base(
     turbine = load_turbine(of.campaign.turbine)
     interfaces = interfaces_of(turbine)
     names = recorded(turbine, interfaces)
-    known = catalogue(Contents(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS)))
+    known = catalogue(ChannelSet(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS)))
     channels = tuple(find(name, known) for name in names)
     cases, rows = {case.name: case for case in of.cases}, []
     for job in jobs_of(of):

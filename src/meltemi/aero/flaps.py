@@ -18,7 +18,7 @@ from __future__ import annotations
 from math import pi
 
 from meltemi.aero.air import Air
-from meltemi.aero.polars import Coefficients
+from meltemi.aero.polars import SectionCoefficients
 from meltemi.aero.tables import FlapParameters as FlapParameters
 from meltemi.compiler import Numbers, kernel, where, whole
 
@@ -29,9 +29,9 @@ ALPHAS, DELTAS = 81, 61
 
 
 @kernel
-def flap_increment(alpha: float, m: Air, b: int, n: int) -> Coefficients:
+def flap_increment(alpha: float, m: Air, b: int, n: int) -> SectionCoefficients:
     """Increments of a node at angle of attack ``alpha`` [rad]: sum over its flaps, weighted by the covered share."""
-    added, table = Coefficients(0.0, 0.0, 0.0), m.increments
+    added, table = SectionCoefficients(0.0, 0.0, 0.0), m.increments
     x = min(max(alpha / STEP + 0.5 * (ALPHAS - 1), 0.0), ALPHAS - 1.0)
     i = min(max(whole(x), 0), ALPHAS - 2)
     w = x - i
@@ -40,7 +40,7 @@ def flap_increment(alpha: float, m: Air, b: int, n: int) -> Coefficients:
         k = min(max(whole(y), 1), DELTAS - 3)
         entry, u = i * DELTAS + k, y - k
         lift, drag = between(table.lift, j, entry, w, u), between(table.drag, j, entry, w, u)
-        added += m.flap_nodes[j, b, n] * Coefficients(lift, drag, between(table.moment, j, entry, w, u))
+        added += m.flap_nodes[j, b, n] * SectionCoefficients(lift, drag, between(table.moment, j, entry, w, u))
     return added
 
 

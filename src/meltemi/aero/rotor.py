@@ -24,7 +24,7 @@ from meltemi.aero import inflow, stall, tower_flow
 from meltemi.aero.air import Air
 from meltemi.aero.bem import LEAST_SKEW, MADSEN, MOST_SKEW, STILL, Strip, induction
 from meltemi.aero.flaps import equivalent_angle, flap_increment
-from meltemi.aero.polars import Coefficients, ramp, wrap
+from meltemi.aero.polars import SectionCoefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
 from meltemi.compiler import anywhere, by_record, kernel, largest, total, where, whole
 from meltemi.maths.vectors import Rot, Vec, cross, dot, norm
@@ -115,9 +115,9 @@ def quotient(x: float, speed: float) -> float:
 
 
 @kernel
-def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[Coefficients, float]:
+def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[SectionCoefficients, float]:
     """Increments of the flaps at a node, at any angle of attack, and their equivalent angle [rad]."""
-    added, angle = Coefficients(0.0, 0.0, 0.0), 0.0
+    added, angle = SectionCoefficients(0.0, 0.0, 0.0), 0.0
     if m.flap_nodes.shape[0] > 0:
         added = flap_increment(wrap(alpha), m, b, n)
         angle = equivalent_angle(added.lift, m.section.slope[whole(m.aero_nodes.polar[b, n])])

@@ -78,7 +78,7 @@ class CarefulOrbit(Orbit):
 
     def begin(self, speed: float, pitch: float, torque: float) -> None:
         """Converge the motion from that in vacuum."""
-        for part in (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s):
+        for part in (self.blade_c, self.blade_s, self.deviation, self.core_c, self.core_s):
             part[:] = 0.0
         self.core_c[0] = self.undeflected
         goal = np.array([speed, pitch, torque, self.air])
@@ -92,7 +92,7 @@ class CarefulOrbit(Orbit):
         """Continue the converged motion to another speed, pitch, torque and density of the air."""
         assert self.at is not None
         begin = self.at
-        parts = [self.blade_c, self.blade_s, self.own, self.core_c, self.core_s, self.case.aero_state.vector]
+        parts = [self.blade_c, self.blade_s, self.deviation, self.core_c, self.core_s, self.case.aero_state.vector]
         share = in_steps(lambda share: self.settle(begin + share * (goal - begin)), parts)
         self.at = begin + share * (goal - begin)
         if share < 1.0:

@@ -41,7 +41,7 @@ from meltemi.simulation.channels import Channel, unit_of_coordinate
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.orbit import SAMPLES
-from meltemi.simulation.parts import Place, Variable
+from meltemi.simulation.parts import LinearVariable, Place
 from meltemi.simulation.rotors import kind_of
 from meltemi.wind.velocity import WindNow
 
@@ -281,7 +281,7 @@ def linear_case(model: Model[Any], point: OperatingPoint) -> Case:
     return case
 
 
-def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
+def jacobian(case: Case, columns: Sequence[LinearVariable], rows: Sequence[LinearVariable]) -> Float:
     """(rows, columns) exact derivatives of state derivatives and outputs with respect to states and inputs.
 
     Args:
@@ -322,7 +322,7 @@ def evaluate_rates(case: Case, loads: bool) -> None:
         case.loads(0.0)
 
 
-def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
+def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[LinearVariable]:
     """All free states."""
     model, names = case.model, case.model.coordinates
     _, generator, torsion = model.rows
@@ -333,25 +333,25 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
         # the rotor azimuth is prescribed: torsion of the shaft moves the generator backwards
         moves: tuple[tuple[Place, float], ...] = ((("q", i), 1.0),)
         moves += ((("q", generator), -1.0),) if i == torsion else ()
-        x.append(Variable(f"q {names[i]}", unit[i], moves, ("v", i)))
-    x += [Variable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
+        x.append(LinearVariable(f"q {names[i]}", unit[i], moves, ("v", i)))
+    x += [LinearVariable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
     for row, begins, units, rate in (("angle", "q", "rad", "rate"), ("rate", "v", "rad/s", "acceleration")):
         for k in range(case["gears"].shape[1]):
             states, grows = (_place(case, "gears", r, k) for r in (row, rate))
-            x.append(Variable(f"{begins} gear mode {k + 1}", units, ((states, 1.0),), grows))
+            x.append(LinearVariable(f"{begins} gear mode {k + 1}", units, ((states, 1.0),), grows))
     for array, table, active in _air(case, point, azimuths):
         for f, b, n in np.argwhere(active):
             entry = table.rows[f]
             place = int(np.ravel_multi_index((f, b, n), case[array].shape))
             name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
-            x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
+            x.append(LinearVariable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
     x += _actuator_states(case, "pitch", "pitch", (), _pitch_actuator(case))
     for j in range(model.n_flaps):
         x += _actuator_states(case, f"flap {j + 1}", "flap", (j,), _flap_actuator(case, j))
     x += [variable for part in case.parts for rows in part.states() for variable in rows.variables()]
     if yaw:
         order, pace = (_place(case, "drive", name) for name in ("yaw_command", "yaw_command_rate"))
-        x.append(Variable("yaw command", "rad", ((order, 1.0),), pace))
+        x.append(LinearVariable("yaw command", "rad", ((order, 1.0),), pace))
     return x
 
 
@@ -395,13 +395,13 @@ ACTUATOR_STATES = (("angle", "rate", "", "rad"), ("rate", "acceleration", " rate
 
 def _actuator_states(
     case: Case, name: str, array: str, which: tuple[int, ...], coefficients: tuple[float, ...]
-) -> list[Variable]:
+) -> list[LinearVariable]:
     """Angle and, for second order, rate of actuators, one per blade."""
     x, highest = [], MOTION[len(coefficients)]
     for c, (row, rate, what, unit) in zip(coefficients, ACTUATOR_STATES, strict=False):
         for b in range(case.model.n_blades):
             states, push, grows = (_place(case, array, r, *which, b) for r in (row, highest, rate))
-            x.append(Variable(f"blade {b + 1} {name}{what}", unit, ((states, 1.0), (push, -c)), grows))
+            x.append(LinearVariable(f"blade {b + 1} {name}{what}", unit, ((states, 1.0), (push, -c)), grows))
     return x
 
 
@@ -434,25 +434,25 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
     return active
 
 
-def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
+def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[LinearVariable]:
     model, B = case.model, case.model.n_blades
     wind = point.wind
     actuator = _pitch_actuator(case)
     pitch = [(_demand(case, "pitch", (b,), actuator),) for b in range(B)]
     torque = _place(case, "drive", "generator_torque")
     known = {
-        "generator_torque": Variable("", "N m", ((torque, 1.0),), value=point.generator_torque),
-        "pitch": Variable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
-        **{f"pitch_{b + 1}": Variable("", "rad", pitch[b], value=point.pitch) for b in range(B)},
-        "yaw": Variable("", "rad", ((_place(case, "drive", "yaw_command"), 1.0),)),
-        "yaw_rate": Variable("", "rad/s", ((_place(case, "drive", "yaw_command_rate"), 1.0),)),
+        "generator_torque": LinearVariable("", "N m", ((torque, 1.0),), value=point.generator_torque),
+        "pitch": LinearVariable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
+        **{f"pitch_{b + 1}": LinearVariable("", "rad", pitch[b], value=point.pitch) for b in range(B)},
+        "yaw": LinearVariable("", "rad", ((_place(case, "drive", "yaw_command"), 1.0),)),
+        "yaw_rate": LinearVariable("", "rad/s", ((_place(case, "drive", "yaw_command_rate"), 1.0),)),
     }
     for part in case.parts:
         known |= part.inputs(case, point)
     for j in range(model.n_flaps):
         actuator = _flap_actuator(case, j)
         for b in range(B):
-            known[f"flap_{j + 1}_{b + 1}"] = Variable("", "rad", (_demand(case, "flap", (j, b), actuator),))
+            known[f"flap_{j + 1}_{b + 1}"] = LinearVariable("", "rad", (_demand(case, "flap", (j, b), actuator),))
     columns = {
         "wind_speed": ("gust", wind.speed),
         "vertical_wind": ("vertical", 0.0),
@@ -463,22 +463,22 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     }
     for name, (column, value) in columns.items():
         i = WindNow.index(column)
-        known[name] = Variable("", WindNow.rows[i].unit, ((("series", i), 1.0),), value=value)
+        known[name] = LinearVariable("", WindNow.rows[i].unit, ((("series", i), 1.0),), value=value)
     inputs = []
     for name in names:
         if name not in known:
             raise InputError(f"linearise: no input {name!r}: {did_you_mean(name, known)}")
-        inputs.append(Variable(name, known[name].unit, known[name].moves, value=known[name].value))
+        inputs.append(LinearVariable(name, known[name].unit, known[name].moves, value=known[name].value))
     return inputs
 
 
-def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
+def _outputs(case: Case, channels: Sequence[Channel]) -> list[LinearVariable]:
     outputs = []
     for channel in channels:
         array, what = channel.source
         if channel.wrap or array == "demands" or (array, what) in (("q", "generator"), ("summary", "time")):
             raise InputError(f"linearise: {channel.name!r} is not an output of a linear model")
-        outputs.append(Variable(channel.name, channel.unit, shows=("signals", case.place(channel))))
+        outputs.append(LinearVariable(channel.name, channel.unit, shows=("signals", case.place(channel))))
     return outputs
 
 
@@ -497,7 +497,7 @@ def _of_all_blades(names: Sequence[str]) -> list[str]:
     return list(completed)
 
 
-def _triples(variables: Sequence[Variable]) -> NDArray[np.intp]:
+def _triples(variables: Sequence[LinearVariable]) -> NDArray[np.intp]:
     """(quantities, 3) indices of the three blades for each blade quantity."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, variable in enumerate(variables):

@@ -26,10 +26,9 @@ from numba.extending import NativeValue, models, overload, register_model, typeo
 
 from meltemi.compiler.groups import GroupType, join, split
 from meltemi.compiler.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
-from meltemi.compiler.records import Member, leading, members
-from meltemi.compiler.records import Record as Record
-from meltemi.compiler.tables import Table
-from meltemi.compiler.tables import TableType as TableClass
+from meltemi.compiler.records import KernelRecord as KernelRecord
+from meltemi.compiler.records import RecordMember, leading, members
+from meltemi.compiler.tables import Table, TableClass
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
@@ -573,7 +572,7 @@ def _as_base(context: Any, builder: Any, kind: Any, other: Any, value: Any) -> A
     return value
 
 
-def _type_of(record: Any, member: Member) -> Any:
+def _type_of(record: Any, member: RecordMember) -> Any:
     """Type of a member."""
     kind = record.kind
     if (kind == LANES and not member.in_lanes) or (kind == DUALS and member.constant):
@@ -633,14 +632,14 @@ def _record_get(context: Any, builder: Any, kind: Any, value: Any, name: str) ->
     return proxy._getvalue()
 
 
-@typeof_impl.register(Record)
+@typeof_impl.register(KernelRecord)
 def _typeof(value: Any, context: Any) -> Any:
     NUMBERS[value.kind]  # its rules are known before anything is compiled for it
     return RecordType(type(value), value.kind)
 
 
 @cache
-def record_at(cls: type[Record]) -> Any:
+def record_at(cls: type[KernelRecord]) -> Any:
     """Function for kernels, ``(words, i, first)``: the record of floats whose words begin at ``words[i, first]``."""
 
     def record(words: Any, i: int, first: int) -> Any:

@@ -1,6 +1,6 @@
 """Records: groups of tables and arrays, the single argument of a kernel.
 
-    class System(Record):
+    class System(KernelRecord):
         q: Array1
         flow: BladeFlow
         tower_flow: Single[TowerFlow]
@@ -42,7 +42,7 @@ LANES = 8
 """Entries of a lane array per access; equal to ``lanes.WIDTH``."""
 
 
-class Member(NamedTuple):
+class RecordMember(NamedTuple):
     """Type of a member of a record.
 
     Attributes:
@@ -61,9 +61,9 @@ class Member(NamedTuple):
 
 
 @cache
-def members(record: Any) -> dict[str, Member]:
+def members(record: Any) -> dict[str, RecordMember]:
     """Members of a record by name, from its annotations: those of its first base come first, in their order."""
-    result: dict[str, Member] = {}
+    result: dict[str, RecordMember] = {}
     for base in record.__bases__ if record is not object else ():
         result |= members(base)
     for name, hint in get_type_hints(record, include_extras=True).items():
@@ -71,15 +71,15 @@ def members(record: Any) -> dict[str, Member]:
         if isinstance(kind, type) and issubclass(kind, Table):
             lanes = SINGLE not in marks and kind.axes[-1:] == ("node",)
             dtype = np.int64 if kind.integer else np.float64
-            result[name] = Member(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
+            result[name] = RecordMember(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
         else:
             (ndim,) = (mark for mark in marks if isinstance(mark, int))
             dtype = next((t for t in (np.float32, np.int64) if t.__name__ in str(kind)), np.float64)  # type: ignore[assignment]
-            result[name] = Member(None, dtype, ndim, NODES in marks, CONSTANT in marks)
+            result[name] = RecordMember(None, dtype, ndim, NODES in marks, CONSTANT in marks)
     return result
 
 
-class Record:
+class KernelRecord:
     """A group of tables and arrays.
 
     Args:
@@ -116,7 +116,7 @@ class Record:
 
 def leading(cls: Any) -> Iterator[Any]:
     """A class of records, and those with whose members its own begin: its first base, the first of that, and so on."""
-    while issubclass(cls, Record):
+    while issubclass(cls, KernelRecord):
         yield cls
         cls = cls.__bases__[0]
 

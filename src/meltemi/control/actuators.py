@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import sqrt
 
 from meltemi.aero.tables import FlapParameters
-from meltemi.compiler import Numbers, Record, Table, blades, crossed, kernel, number, whole
+from meltemi.compiler import KernelRecord, Numbers, Table, blades, crossed, kernel, number, whole
 from meltemi.control.actuator_models import advance
 from meltemi.control.actuator_models.parameters import ActuatorParameters
 from meltemi.control.faults import Faults
@@ -50,7 +50,7 @@ class FlapActuators(Table, axes="flap"):
     maximum: Numbers = number("rad", "upper limit of the deflection")
 
 
-class Actuation(Record):
+class Actuation(KernelRecord):
     """Record of the actuators between the controller's demands and the turbine."""
 
     measured: Measurements

@@ -23,7 +23,7 @@ POWERS = {"m": 1, "s": 1, "kg": 3, "N": 2, "W": 2}
 """Exponents of the rotor diameter by which ranges scale, by unit."""
 
 
-class Range(NamedTuple):
+class UsualRange(NamedTuple):
     """Unit, least and largest usual magnitude, and the exponent of the rotor diameter."""
 
     unit: str
@@ -32,10 +32,10 @@ class Range(NamedTuple):
     power: int | None
 
 
-def usual_range(description: str | None) -> Range | None:
+def usual_range(description: str | None) -> UsualRange | None:
     """The usual range in a description, if there is one."""
     match = re.search(r"\[([^\];]*); ([-+.\de]+) to ([-+.\de]+)( at 100 m)?\]", description or "")
-    return match and Range(match[1], float(match[2]), float(match[3]), _similarity(match[1]) if match[4] else None)
+    return match and UsualRange(match[1], float(match[2]), float(match[3]), _similarity(match[1]) if match[4] else None)
 
 
 def _similarity(unit: str) -> int:
@@ -48,7 +48,7 @@ def _similarity(unit: str) -> int:
 
 
 @cache
-def _fields(kind: type[Record]) -> list[tuple[str, Range | None, Any]]:
+def _fields(kind: type[Record]) -> list[tuple[str, UsualRange | None, Any]]:
     return [(name, usual_range(field.description), field.default) for name, field in kind.model_fields.items()]
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Record, Table, kernel
+from meltemi.compiler import KernelRecord, Table, kernel
 from meltemi.control.controller import LogEntry
 from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError
@@ -25,7 +25,7 @@ from meltemi.electrical.tables import (
 from meltemi.environment.conditions import Conditions
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, channels_of_group
-from meltemi.simulation.parts import ParameterTables, Part, StateRows, Variable
+from meltemi.simulation.parts import LinearVariable, ParameterTables, Part, StateRows
 from meltemi.simulation.step import advance_drive, begin_parts, generated_power, part_drive_rates, report_parts
 from meltemi.simulation.system import AnySystem, Control, generator_speed
 
@@ -90,7 +90,7 @@ class ElectricPart(Part):
       electrical: its parameters.
     """
 
-    control: ClassVar[type[Record] | None] = ElectricControl
+    control: ClassVar[type[KernelRecord] | None] = ElectricControl
     signals: ClassVar[dict[str, type[Table]]] = {"electric": ElectricState}
     parameter_tables: ClassVar[ParameterTables] = ((ElectricalParameters, "electrical", ElectricalParameters.names),)
     electrical: NDArray[np.float64]
@@ -108,7 +108,7 @@ class ElectricPart(Part):
         rows = ElectricState.rows[:N_STATES]
         return (StateRows("electric", "d_electric", tuple(r.name for r in rows), tuple(r.unit for r in rows)),)
 
-    def inputs(self, case: Case, point: OperatingPoint) -> dict[str, Variable]:
+    def inputs(self, case: Case, point: OperatingPoint) -> dict[str, LinearVariable]:
         """Its demands, and the grid."""
         case.begin_parts()
         found, outside = {}, case.control.outside
@@ -118,7 +118,7 @@ class ElectricPart(Part):
             ("grid_voltage", "-", "outside", Conditions.index("grid_voltage"), outside.grid_voltage),
             ("grid_frequency", "Hz", "outside", Conditions.index("grid_frequency"), outside.grid_frequency),
         ):
-            found[name] = Variable("", unit, (((array, place), 1.0),), value=value)
+            found[name] = LinearVariable("", unit, (((array, place), 1.0),), value=value)
         return found
 
     def log(self, case: Case, time: float) -> list[LogEntry]:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.floating.moorings import at_rest, strings
 from meltemi.floating.platform import Platform
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.sea.airy import GRAVITY
 from meltemi.structure.members import blade_beam, tower_beam
 
@@ -28,7 +28,7 @@ STRETCH = 0.02
 """Largest strain of a line at rest."""
 
 
-def check_balance(turbine: Any, c: Coefficients) -> None:
+def check_balance(turbine: Any, c: HydroCoefficients) -> None:
     """Check that coefficients, masses and lines belong together, and that the platform floats upright.
 
     Raises:

@@ -40,7 +40,7 @@ class RadiationState(Table, axes="mode"):
     imaginary: Numbers = number("m", "state: imaginary part")
 
 
-class Strip(Table, axes="strip"):
+class DragStrip(Table, axes="strip"):
     """Constants of the pieces of members that have drag."""
 
     place: Vectors = xyz("m", "position of the piece on the platform")
@@ -80,14 +80,14 @@ class FloaterSystem(System, MovingBase, Moorings):
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
       platform_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
-      base_six: (7, 6) forces and moments, or other pairs of vectors, in the rows ``OWN_VELOCITY`` to ``WHOLE_LOAD``.
+      base_six: (7, 6) forces and moments, or other pairs of vectors, in the rows ``BODY_VELOCITY`` to ``WHOLE_LOAD``.
     """
 
     floater: Floater
     platform: PlatformState
     radiation: Single[RadiationState]
     d_radiation: Single[RadiationState]
-    strip: Single[Strip]
+    strip: Single[DragStrip]
     float_flow: Constant[Array2]
     float_matrices: Constant[Array2]
     float_waves: Constant[Array2]
@@ -100,7 +100,7 @@ class FloaterSystem(System, MovingBase, Moorings):
     base_six: Array2
 
 
-OWN_VELOCITY, WATER_LOAD, FURTHER_LOAD, PLACE, AGAINST_CURRENT, OWN_DRAG, WHOLE_LOAD = range(7)
+BODY_VELOCITY, WATER_LOAD, FURTHER_LOAD, PLACE, AGAINST_CURRENT, BODY_DRAG, WHOLE_LOAD = range(7)
 """Rows of ``base_six``: velocity in the platform's axes; load of the water without added mass; further load; position;
 velocity against the current, and drag, in the platform's axes; load of the water with added mass."""
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.floating.platform import Platform
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.sea.airy import GRAVITY, wave_number
 
 Float = NDArray[np.float64]
@@ -25,7 +25,7 @@ ENOUGH = 3
 """Number of short waves that determine the height of their force."""
 
 
-def check_coefficients(c: Coefficients, platform: Platform, where: str) -> None:
+def check_coefficients(c: HydroCoefficients, platform: Platform, where: str) -> None:
     """Check that the motions turn about still water and that the hydrostatic stiffness is that of the water alone.
 
     Coefficients whose waves do not tell it pass.
@@ -58,7 +58,7 @@ def check_coefficients(c: Coefficients, platform: Platform, where: str) -> None:
         )
 
 
-def force_height(c: Coefficients, k: Float) -> float | None:
+def force_height(c: HydroCoefficients, k: Float) -> float | None:
     """Height [m] of the horizontal force of short waves above the point of the moments (W-46); None without them."""
     short = k > SHORT
     if short.sum() < ENOUGH:
@@ -68,7 +68,7 @@ def force_height(c: Coefficients, k: Float) -> float | None:
     return float((moment * force.conj()).real.sum()) / power if power > 0.0 else None
 
 
-def long_wave_stiffness(c: Coefficients, k: float) -> tuple[float, float, float]:
+def long_wave_stiffness(c: HydroCoefficients, k: float) -> tuple[float, float, float]:
     """Volume [m^3], and stiffness [m^4] of the water in tilt, by the longest waves (W-45); and that given.
 
     Args:

@@ -16,22 +16,22 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Array3, Record, Rot, Sym, Table, Vec, View, by_record, kernel, whole
+from meltemi.compiler import Array3, KernelRecord, Rot, Sym, Table, Vec, View, by_record, kernel, whole
 from meltemi.core.errors import InputError
 from meltemi.floating.balance import check_balance, check_reach
 from meltemi.floating.base import (
     AGAINST_CURRENT,
+    BODY_DRAG,
+    BODY_VELOCITY,
     FURTHER_LOAD,
-    OWN_DRAG,
-    OWN_VELOCITY,
     PLACE,
     WATER_LOAD,
     WHOLE_LOAD,
+    DragStrip,
     Floater,
     FloaterSystem,
     PlatformState,
     RadiationState,
-    Strip,
     column,
     keep_six,
     point_motion,
@@ -57,7 +57,7 @@ from meltemi.floating.mooring import (
 )
 from meltemi.floating.moorings import mooring_tables
 from meltemi.floating.platform import Platform
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.floating.radiation import Radiation, fit_radiation
 from meltemi.floating.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
 from meltemi.maths.rotations import rotation
@@ -139,7 +139,7 @@ def water_load(t: float, m: FloaterSystem) -> None:
     now = cubic(t, f.step, f.period)
     a, angle, R = m.float_waves, p.angle, m.base.orientation
     velocity, turning = R.T @ p.velocity, R.T @ p.spin
-    keep_six(OWN_VELOCITY, velocity, turning, m)
+    keep_six(BODY_VELOCITY, velocity, turning, m)
     keep_six(PLACE, p.displacement, angle, m)
     keep_six(AGAINST_CURRENT, velocity - R.T @ f.current, turning, m)
     p.elevation = at(now, a, 0)
@@ -149,11 +149,11 @@ def water_load(t: float, m: FloaterSystem) -> None:
         other, drag = 0.0 * water, 0.0 * water
         for j in range(6):
             other -= K[FURTHER + k, j] * x[PLACE, j]
-            drag -= K[LINEAR + k, j] * x[OWN_VELOCITY, j]
+            drag -= K[LINEAR + k, j] * x[BODY_VELOCITY, j]
             drag -= K[QUADRATIC + k, j] * (x[AGAINST_CURRENT, j] * abs(x[AGAINST_CURRENT, j]))
         for n in range(m.radiation.modes):
             water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
-        x[WATER_LOAD, k], x[FURTHER_LOAD, k], x[OWN_DRAG, k] = water, other, drag
+        x[WATER_LOAD, k], x[FURTHER_LOAD, k], x[BODY_DRAG, k] = water, other, drag
     # lift and moments of the water turn with the heading
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
     for j in range(2, 5):
@@ -162,11 +162,12 @@ def water_load(t: float, m: FloaterSystem) -> None:
     x[WATER_LOAD, 2] += g * lift.x
     x[WATER_LOAD, 3] += g * (cz * lift.y - sz * lift.z)
     x[WATER_LOAD, 4] += g * (sz * lift.y + cz * lift.z)
-    (F, M), (own_drag, own_moment), (strips, strip_moment) = six(WATER_LOAD, m), six(OWN_DRAG, m), strip_drag(now, R, m)
+    (F, M), (body_drag, body_moment) = six(WATER_LOAD, m), six(BODY_DRAG, m)
+    strips, strip_moment = strip_drag(now, R, m)
     if m.float_lines.shape[0] > 0:
         H, (push, turning) = rotation(Vec(0.0, 0.0, angle.z)), displaced_waves(t, m)
         F, M = F + H @ push, M + H @ turning
-    keep_six(WATER_LOAD, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
+    keep_six(WATER_LOAD, F + (R @ body_drag + strips), M + (R @ body_moment + strip_moment), m)
 
 
 @kernel
@@ -392,7 +393,7 @@ class FloaterPart(Part):
       platform: description of the platform.
     """
 
-    system: ClassVar[type[Record] | None] = FloaterSystem
+    system: ClassVar[type[KernelRecord] | None] = FloaterSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         "platform": PlatformState,
         "radiation": RadiationState,
@@ -402,7 +403,7 @@ class FloaterPart(Part):
     parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
     sizes: dict[str, int]
     constants: dict[str, Any]
-    coefficients: Coefficients
+    coefficients: HydroCoefficients
     radiation: Radiation
     platform: Platform
 
@@ -451,7 +452,7 @@ class FloaterPart(Part):
         Raises:
           InputError: the waves, or a part of them, are not in the coefficients.
         """
-        place = View(Strip, self.constants["strip"])["place"].T
+        place = View(DragStrip, self.constants["strip"])["place"].T
         n, platform = len(place), self.platform.replace(depth=self.platform.depth + sea.level)
         check_reach(self.platform, f"sea.level: with {sea.level:g} m", sea.level)
         if sea.current is not None and not n and platform.quadratic_damping is None:
@@ -521,8 +522,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     v["step"], v["period"], v["bed"] = 1.0, 1.0, -platform.depth
     some = pieces(platform.members)
     has = (some.drag > 0.0) | (some.plate > 0.0)
-    strip = Strip.zeros(strip=int(has.sum()))
-    v = View(Strip, strip)
+    strip = DragStrip.zeros(strip=int(has.sum()))
+    v = View(DragStrip, strip)
     v["place"], v["axis"], v["drag"], v["plate"] = (
         each[has].T for each in (some.place, some.axis, rho * some.drag, rho * some.plate)
     )

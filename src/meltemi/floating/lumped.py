@@ -17,8 +17,8 @@ from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
 from meltemi.compiler import (
+    KernelRecord,
     Numbers,
-    Record,
     Single,
     Sym,
     Symmetrics,
@@ -448,7 +448,7 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
 class LumpedPart(FloaterPart):
     """The platform of a model on moving lines."""
 
-    system: ClassVar[type[Record] | None] = LumpedSystem
+    system: ClassVar[type[KernelRecord] | None] = LumpedSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         **FloaterPart.signals,
         "line_point": LinePoint,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.sea.airy import profiles, wave_number
 from meltemi.sea.field import summed, times
 
@@ -159,7 +159,9 @@ def at_rest(members: Sequence[Member]) -> tuple[float, Float, Float]:
     return V, centre, C
 
 
-def with_members(c: Coefficients | None, members: Sequence[Member], depth: float, gravity: float) -> Coefficients:
+def with_members(
+    c: HydroCoefficients | None, members: Sequence[Member], depth: float, gravity: float
+) -> HydroCoefficients:
     """Coefficients with inertia and pressure of members besides potential flow, or without it, buoyancy too.
 
     Args:
@@ -169,7 +171,7 @@ def with_members(c: Coefficients | None, members: Sequence[Member], depth: float
     if c is None:
         one = np.zeros((len(FREQUENCY), 6, 6))
         push = np.zeros((len(FREQUENCY), len(HEADING), 6), dtype=np.complex128)
-        c = Coefficients(FREQUENCY, one, one, one[0], HEADING, push, at_rest(members)[2])
+        c = HydroCoefficients(FREQUENCY, one, one, one[0], HEADING, push, at_rest(members)[2])
     p = pieces(members)
     if not (p.added.any() or p.along.any() or p.pushed.any() or p.area.any()):
         return c

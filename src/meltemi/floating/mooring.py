@@ -13,8 +13,8 @@ from math import sqrt
 
 from meltemi.compiler import (
     Entries,
+    KernelRecord,
     Numbers,
-    Record,
     Single,
     Sym,
     Symmetrics,
@@ -114,7 +114,7 @@ class PointState(Table, axes="point"):
     load: Vectors = xyz("N", "drag of the water on the point and what moves with it")
 
 
-class Moorings(Record):
+class Moorings(KernelRecord):
     """Tables of the mooring lines, on a platform or alone."""
 
     structure: StructureParameters
@@ -343,7 +343,7 @@ def carried(part: Ends, e: Ends, side: float, c: float, b: float, inertia: Vec, 
       part: span of what is below the point; e: of the string.
       side: motion aside by that of the upper end.
       c, b: direction of the line, along and up.
-      own: [kg] inertia along the line and across it; drag: [kg/m] along, across, and in any direction.
+      inertia: [kg] inertia along the line and across it; drag: [kg/m] along, across, and in any direction.
     """
     det = e.xh * e.zv - e.xv * e.zh
     hh, hz = (part.xh * e.zv - part.xv * e.zh) / det, (part.xv * e.xh - part.xh * e.xv) / det

@@ -16,7 +16,7 @@ NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 0, 6), dtype=np.complex128)
 
 
 @dataclass(frozen=True)
-class Coefficients:
+class HydroCoefficients:
     """Coefficients over water density, and gravity where they have it, about a point at still water.
 
     Attributes:
@@ -55,7 +55,7 @@ def tilt_stiffness(place: Float, force: float) -> Float:
     return C
 
 
-def about_still_water(c: Coefficients, centre: Float, volume: float) -> Coefficients:
+def about_still_water(c: HydroCoefficients, centre: Float, volume: float) -> HydroCoefficients:
     """Coefficients of first order about the origin, from those about another point of the body (W-43, W-44).
 
     Args:

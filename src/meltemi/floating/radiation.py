@@ -12,7 +12,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -74,14 +74,14 @@ class Radiation:
         return np.asarray((one + other).real)
 
 
-def damping_at(coefficients: Coefficients, frequency: Float) -> Float:
+def damping_at(coefficients: HydroCoefficients, frequency: Float) -> Float:
     """(F, 6, 6) damping over density, linear between the frequencies of the coefficients from none at rest."""
     w = np.append(0.0, coefficients.frequency)
     B = np.concatenate([np.zeros((1, 6, 6)), coefficients.damping])
     return np.stack([np.interp(frequency, w, c) for c in B.reshape(len(w), -1).T], axis=-1).reshape(-1, 6, 6)
 
 
-def kernel(coefficients: Coefficients, t: Float) -> Float:
+def kernel(coefficients: HydroCoefficients, t: Float) -> Float:
     """(T, 6, 6) retardation kernel over density: 2/pi int B cos(w t) dw, damping linear in between (W-3)."""
     fine = np.linspace(0.0, coefficients.frequency[-1], 8 * (len(coefficients.frequency) + 1))
     flat = damping_at(coefficients, fine).reshape(len(fine), -1)
@@ -90,7 +90,7 @@ def kernel(coefficients: Coefficients, t: Float) -> Float:
     return np.asarray((np.cos(np.outer(t, fine)) @ (weight[:, None] * flat) * 2.0 / np.pi).reshape(len(t), 6, 6))
 
 
-def fit_radiation(coefficients: Coefficients) -> Radiation:
+def fit_radiation(coefficients: HydroCoefficients) -> Radiation:
     """Fit the kernel by realisation of its Hankel matrix, with the lowest order that is accurate (W-5, W-6).
 
     Without damping there is no memory.
@@ -118,21 +118,21 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     return Radiation(pole, inputs, outputs, error, negative)
 
 
-def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: Coefficients) -> Radiation:
+def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: HydroCoefficients) -> Radiation:
     """A group of motions with the lowest order that is accurate, made passive."""
     some, n = list(motions), len(motions)
     scale = np.outer(size[some], size[some])
 
-    def own(matrices: Float) -> Float:
+    def scaled(matrices: Float) -> Float:
         return matrices[:, some][:, :, some] / scale
 
-    h = own(K)
+    h = scaled(K)
     half = len(t) // 2
     rows = np.arange(half)[:, None] + np.arange(half)
     H = h[rows].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     H1 = h[rows + 1].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     U, s, Vt = scipy.linalg.svd(H, full_matrices=False)
-    slow = own(damping_at(coefficients, SLOW))
+    slow = scaled(damping_at(coefficients, SLOW))
     wide = np.linspace(0.0, 2.0 * coefficients.frequency[-1], 400)
 
     def fit(poles: Complex, cuts: int) -> Radiation:
@@ -143,8 +143,8 @@ def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficien
         B, C = np.zeros((len(p), 6), dtype=complex), np.zeros((len(p), 6), dtype=complex)
         B[:, some], C[:, some] = vh[p, r] * size[some], u[p, :, r] * sv[p, r, None] * size[some]
         trial = Radiation(poles[p], B, C, 0.0, 0.0)
-        error = float(np.sqrt(np.mean((own(trial.kernel(t)) - h) ** 2) / np.mean(h**2)))
-        least = np.linalg.eigvalsh(own(trial.damping(wide)))
+        error = float(np.sqrt(np.mean((scaled(trial.kernel(t)) - h) ** 2) / np.mean(h**2)))
+        least = np.linalg.eigvalsh(scaled(trial.damping(wide)))
         return replace(trial, error=error, negative=max(0.0, -float(least.min()) / float(least.max())))
 
     best = np.inf, np.zeros(0, dtype=np.complex128)

@@ -14,7 +14,7 @@ from meltemi.report.plots import heading, new_figure, panel
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from meltemi.floating.potential import Coefficients
+    from meltemi.floating.potential import HydroCoefficients
     from meltemi.floating.radiation import Radiation
     from meltemi.floating.rao import Operators
 
@@ -67,7 +67,7 @@ def shown_name(channel: str) -> str:
     return channel.removeprefix("platform_").replace("_", " ")
 
 
-def plot_radiation(title: str, c: Coefficients, fit: Radiation) -> Figure:
+def plot_radiation(title: str, c: HydroCoefficients, fit: Radiation) -> Figure:
     """Kernels of the radiation over their first value: of the coefficients, for a convolution, and of oscillations."""
     t = np.linspace(0.0, LONGEST, 301)
     exact, fitted = kernel(c, t), fit.kernel(t)

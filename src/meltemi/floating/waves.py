@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 from meltemi.core.errors import InputError
 from meltemi.floating.platform import Platform
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.sea.airy import WaveComponents, wave_number
 from meltemi.sea.field import amplitudes_at, repeats, summed, times
 
@@ -30,7 +30,7 @@ FEWEST = 1e-4
 
 
 def wave_forces(
-    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+    sea: Any, c: HydroCoefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
 ) -> tuple[float, float, Float]:
     """Step [s], period [s], and (T, 7) elevation, forces [N] and moments [N m] of the waves of a sea; without those of
     first order on a displaced platform.
@@ -53,7 +53,7 @@ def wave_forces(
 
 
 def displaced_forces(
-    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+    sea: Any, c: HydroCoefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
 ) -> tuple[Float, Float]:
     """Waves of a sea one by one for a displaced platform (W-39).
 
@@ -84,7 +84,7 @@ def displaced_forces(
     return np.stack([waves.frequency, k * np.cos(beta), k * np.sin(beta)], axis=1), force
 
 
-def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) -> Float:
+def mean_drift(sea: Any, c: HydroCoefficients, platform: Platform, gravity: float) -> Float:
     """(6,) [N], [N m] mean forces of second order of the waves of a sea; zero without drift.
 
     Raises:
@@ -96,7 +96,7 @@ def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) ->
     return platform.water_density * gravity * second_order("drift", c, platform, waves, waves.amplitude)[0]
 
 
-def excitation(c: Coefficients, waves: WaveComponents) -> Complex:
+def excitation(c: HydroCoefficients, waves: WaveComponents) -> Complex:
     """(M, 6) force per amplitude over density and gravity, linear between frequencies and headings (W-9).
 
     Raises:
@@ -124,7 +124,7 @@ def excitation(c: Coefficients, waves: WaveComponents) -> Complex:
 
 
 def second_order(
-    kind: Literal["drift", "sums"], c: Coefficients, platform: Platform, waves: WaveComponents, amplitude: Complex
+    kind: Literal["drift", "sums"], c: HydroCoefficients, platform: Platform, waves: WaveComponents, amplitude: Complex
 ) -> tuple[Float, WaveComponents, Complex]:
     """Mean forces (6,) over density and gravity, differences or sums of frequencies, and forces (6, P) there (W-11,
     W-29, W-38).
@@ -173,7 +173,7 @@ def shares(known: Float, x: Float) -> Float:
     return weights
 
 
-def _in_direction(kind: str, c: Coefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:
+def _in_direction(kind: str, c: HydroCoefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:
     """Forces of second order (D, D, 6) in the direction of the waves, and angle [deg] by which they are turned."""
     heading, name, end = getattr(c, f"{kind}_heading"), "drift", "d"
     if kind == "sums":

@@ -23,7 +23,7 @@ from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.log import LOG
 from meltemi.core.threads import available_cores, one_blas_thread
-from meltemi.loadcases.store import Nothing, Outcome, ResultFiles, Store
+from meltemi.loadcases.store import BatchStore, Nothing, Outcome, ResultFiles
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 
@@ -76,7 +76,7 @@ class Batch:
     device: str = "cpu"
     series: bool = True
     slopes: Mapping[str, float] | None = None
-    store: Store | None = None
+    store: BatchStore | None = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
@@ -92,7 +92,8 @@ class Batch:
         if self.device != "cpu":
             _cards().check()
             self.workers = 2  # one group is prepared or evaluated while another one marches
-        self.kept: Store = self.store or (Nothing() if self.out is None else ResultFiles(self.out, rerun=self.rerun))
+        files: BatchStore = Nothing() if self.out is None else ResultFiles(self.out, rerun=self.rerun)
+        self.kept = self.store or files
         self.total = len(self.cases) if isinstance(self.cases, Sized) else self.total
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()

@@ -63,7 +63,7 @@ class Outcome(Shown):
         return self.status is Status.OK
 
 
-class Store(Protocol):
+class BatchStore(Protocol):
     """Store of a batch; its functions are called in the threads of the cases, ``begin`` before ``keep``."""
 
     def begin(self, name: str, case: Run, reduce: Reduce | None) -> Outcome | Run:

@@ -50,14 +50,14 @@ class Recorder:
 
     def __init__(self, model: Model[Any], stations: Stations) -> None:
         self.model, added = with_blades(model, "view"), cuts(with_blades(model, "view"))
-        self.own, self.cuts = stations, added
+        self.requested, self.cuts = stations, added
         self.stations = Stations((*stations.blade, *added.blade), (*stations.tower, *added.tower))
 
     def places(self, case: Case) -> NDArray[np.int64]:
         """Indices of the recorded signals of a case; remembers their order."""
         B, N = case["motion"].shape[1:]
         blades, nodes = range(B), range(N)
-        first, low = len(self.own.blade), len(self.own.tower)
+        first, low = len(self.requested.blade), len(self.requested.tower)
         span = range(first, first + len(self.cuts.blade))
         up = (0, *range(1 + low, 1 + low + len(self.cuts.tower)))
         wanted: dict[str, list[tuple[str, str | None, tuple[int, ...]]]] = {

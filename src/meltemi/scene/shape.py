@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.structure.members import Member
+from meltemi.structure.members import ModalMember
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.thickness import thickness_in
 
@@ -26,7 +26,7 @@ def sections(length: float) -> Float:
     return length * (1.0 - (1.0 - np.linspace(0.0, 1.0, SECTIONS)) ** 1.35)
 
 
-def beam_axis(blade: Member, s: Float, hub_radius: float) -> Float:
+def beam_axis(blade: ModalMember, s: Float, hub_radius: float) -> Float:
     """(S, 3) [m] points of the undeformed beam axis from the rotor apex, blade axes."""
     points: Float = blade.beam.at(s, "axis") + np.array([0.0, 0.0, hub_radius])
     return points
@@ -64,7 +64,7 @@ def outline(t: float) -> Float:
     return np.stack([y, x - 0.25 - 0.25 * round_], axis=1)
 
 
-def blade_skin(turbine: Turbine, blade: Member, s: Float) -> Float:
+def blade_skin(turbine: Turbine, blade: ModalMember, s: Float) -> Float:
     """(S, P, 3) [m] outlines of the undeformed sections from the beam axis, blade axes (x flap, y to trailing edge)."""
     a = turbine.blade.aerodynamics
     axis, thick = blade.beam.at(s, "axis"), thickness(turbine, s)

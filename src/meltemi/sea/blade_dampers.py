@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from meltemi.compiler import (
     Constant,
+    KernelRecord,
     Numbers,
-    Record,
     Rot,
     Rotations,
     Single,
@@ -373,8 +373,8 @@ class BladeDamperPart(Part):
       coordinates: number of those below the blades and of one blade.
     """
 
-    control: ClassVar[type[Record] | None] = BladeDamperControl
-    system: ClassVar[type[Record] | None] = BladeDamperSystem
+    control: ClassVar[type[KernelRecord] | None] = BladeDamperControl
+    system: ClassVar[type[KernelRecord] | None] = BladeDamperSystem
     signals: ClassVar[dict[str, type[Table]]] = {"slide": Slide, "rider_load": RiderLoad}
     rider: Float
     sliders: tuple[tuple[int, str, int], ...]

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from meltemi.compiler import Numbers, Record, Single, Table, Vec, View, kernel, number
+from meltemi.compiler import KernelRecord, Numbers, Single, Table, Vec, View, kernel, number
 from meltemi.core.errors import InputError
-from meltemi.core.record import Record as Described
+from meltemi.core.record import Record
 from meltemi.maths.vectors import cross
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.parts import Part, StateRows
@@ -40,7 +40,7 @@ LIVELY = 1.0
 """Largest angular frequency of a mass on its spring and stop times the time step."""
 
 
-class MassDamper(Described):
+class MassDamper(Record):
     """A mass that moves along axes of tower or blade against springs and dampers; its mass is not part of theirs."""
 
     height: float | None = Field(default=None, ge=0.0)
@@ -247,8 +247,8 @@ def damper_section_loads(m: DamperSystem, s: Outputs) -> None:
 class DamperPart(Part):
     """The mass dampers of a model."""
 
-    control: ClassVar[type[Record] | None] = DamperControl
-    system: ClassVar[type[Record] | None] = DamperSystem
+    control: ClassVar[type[KernelRecord] | None] = DamperControl
+    system: ClassVar[type[KernelRecord] | None] = DamperSystem
     signals: ClassVar[dict[str, type[Table]]] = {"mover_state": MoverState}
     mover: Float
     mover_shape: Float

@@ -19,8 +19,8 @@ from meltemi.compiler import (
     Array1,
     Array2,
     Constant,
+    KernelRecord,
     Numbers,
-    Record,
     Single,
     Table,
     Vec,
@@ -308,7 +308,7 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
 class PilePart(Part):
     """Pile of a model, in still water."""
 
-    system: ClassVar[type[Record] | None] = PileSystem
+    system: ClassVar[type[KernelRecord] | None] = PileSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         "sea": SeaState,
         "pile_load": PileLoad,

@@ -74,7 +74,7 @@ def _channel(row: tuple[str, ...], index: tuple[int, ...], **numbers: int) -> Ch
 
 
 @dataclass(frozen=True)
-class Contents:
+class ChannelSet:
     """What of a turbine has channels.
 
     Attributes:
@@ -104,7 +104,7 @@ def channels_of_group(group: str, count: int | None = None) -> tuple[Channel, ..
     return tuple(_channel(row, (n,), n=n) for n in range(1, count + 1) for row in _rows(group))
 
 
-def catalogue(contents: Contents = Contents()) -> dict[str, Channel]:
+def catalogue(contents: ChannelSet = ChannelSet()) -> dict[str, Channel]:
     """All channels of a turbine by name."""
     channels = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
     for b in range(1, contents.blades + 1):
@@ -149,7 +149,7 @@ def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
     numbered = (*channels_of_group("pile_station", 1), *channels_of_group("line", 1))
     further = sum(map(channels_of_group, ("electrical", "disk", "sea", "platform")), numbered)
-    return catalogue(Contents(nodes=1, flaps=1, gears=(2, 3), further=further))
+    return catalogue(ChannelSet(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 
 @cache

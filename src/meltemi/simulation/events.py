@@ -586,8 +586,8 @@ def act(event: BaseEvent, case: Case, time: float, *, ended: bool) -> tuple[int,
 def _sensors(n_blades: int, n_flaps: int) -> list[str]:
     """Sensors of a turbine; the names of blade and flap sensors end in their numbers."""
 
-    def there(name: str) -> bool:
+    def exists(name: str) -> bool:
         *_, flap, blade = ("", *name.split("_"))
         return not blade.isdigit() or (int(blade) <= n_blades and not (flap.isdigit() and int(flap) > n_flaps))
 
-    return [name for name in f.SENSORS if there(name)]
+    return [name for name in f.SENSORS if exists(name)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Record, Table
+from meltemi.compiler import KernelRecord, Table
 from meltemi.control.actuators import Actuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
@@ -53,12 +53,12 @@ class Rotor(Protocol):
     """
 
     in_lanes: ClassVar[bool]
-    sections: ClassVar[type[Record]]
+    sections: ClassVar[type[KernelRecord]]
     parameter_tables: ClassVar[ParameterTables]
     signals: ClassVar[dict[str, type[Table]]]
 
     @property
-    def system(self) -> type[Record]: ...
+    def system(self) -> type[KernelRecord]: ...
     @property
     def n_core(self) -> int: ...
     @property

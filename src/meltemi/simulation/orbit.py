@@ -118,7 +118,7 @@ class Orbit:
         self.core_c, self.core_s, self.blade_c, self.blade_s = self.groups(self.coefficients)
         self.core_c[0] = self.undeflected = self.case["q"][: self.core].copy()
         # individual deviations of the blades from it in the mean, for they differ if not all have ice
-        self.own = np.zeros((self.B, self.K))
+        self.deviation = np.zeros((self.B, self.K))
         self.azimuth = 0.0
         self.speed = self.pitch = self.torque = 0.0
         self.farthest, self.moved = np.inf, 0.0
@@ -160,7 +160,7 @@ class Orbit:
         angle = (azimuths[:, None] + blades)[..., None] * n
         c, s = np.cos(angle), np.sin(angle)
         arms = (len(azimuths), self.B * self.K)
-        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s + self.own).reshape(arms)
+        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s + self.deviation).reshape(arms)
         v[:, self.core :] = w * ((n * c) @ self.blade_s - (n * s) @ self.blade_c).reshape(arms)
         a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
         return result
@@ -326,7 +326,7 @@ class Orbit:
                 return
             missing, lack, residuals = (np.mean(parts, axis=0) for parts in zip(*self.parts, strict=True))
             self.parts.clear()
-            self.own[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
+            self.deviation[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
         else:
             lack = lack.mean(axis=1, keepdims=True)
         lack = lack / SAMPLES

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from meltemi.compiler import Record, Table
+from meltemi.compiler import KernelRecord, Table
 from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ Place = tuple[str, int]
 
 
 @dataclass(frozen=True)
-class Variable:
+class LinearVariable:
     """A state, input or output of a linear model.
 
     Attributes:
@@ -58,10 +58,10 @@ class StateRows:
     names: tuple[str, ...]
     units: tuple[str, ...]
 
-    def variables(self) -> list[Variable]:
+    def variables(self) -> list[LinearVariable]:
         """The states of a linear model."""
         each = enumerate(zip(self.names, self.units, strict=True))
-        return [Variable(name, unit, (((self.array, i), 1.0),), (self.derivative, i)) for i, (name, unit) in each]
+        return [LinearVariable(name, unit, (((self.array, i), 1.0),), (self.derivative, i)) for i, (name, unit) in each]
 
 
 class Part:
@@ -76,8 +76,8 @@ class Part:
     """
 
     replaces_momentum: ClassVar[bool] = False
-    control: ClassVar[type[Record] | None] = None
-    system: ClassVar[type[Record] | None] = None
+    control: ClassVar[type[KernelRecord] | None] = None
+    system: ClassVar[type[KernelRecord] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
     parameter_tables: ClassVar[ParameterTables] = ()
 
@@ -105,7 +105,7 @@ class Part:
         """States of linear models."""
         return ()
 
-    def inputs(self, case: Any, point: Any) -> dict[str, Variable]:
+    def inputs(self, case: Any, point: Any) -> dict[str, LinearVariable]:
         """Inputs of linear models by name, for a case at an operating point."""
         return {}
 

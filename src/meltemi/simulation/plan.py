@@ -51,7 +51,7 @@ class Events:
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """A checked run.
 
     Attributes:
@@ -74,7 +74,7 @@ class Plan:
     every_output: int
 
 
-def planned(run: Run) -> Plan:
+def planned(run: Run) -> RunPlan:
     """Check all that needs neither the wind nor the controller of a run.
 
     Raises:
@@ -121,7 +121,7 @@ def planned(run: Run) -> Plan:
             "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
             "or one of your own"
         )
-    return Plan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
+    return RunPlan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
 
 
 def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:
@@ -137,7 +137,7 @@ def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:
     return Events(events, table.rows, table.log)
 
 
-def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
+def wind_of(run: Run, plan: RunPlan) -> tuple[Wind, list[str]]:
     """The wind of a run as a field, and warnings about turbine, wind and events.
 
     Raises:
@@ -167,7 +167,7 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
     return wind, [*noticed, *unseen(wind, changing, run.duration, run.transient)]
 
 
-def controller_of(run: Run, plan: Plan, wind: Wind) -> tuple[Controller, int]:
+def controller_of(run: Run, plan: RunPlan, wind: Wind) -> tuple[Controller, int]:
     """The controller of a run, and the number of time steps between its calls.
 
     Raises:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Kind, Record, View, compile_seconds, processor, versions
+from meltemi.compiler import KernelRecord, Kind, View, compile_seconds, processor, versions
 from meltemi.control import constant
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.control.entry import CALLED_BACK
@@ -101,7 +101,7 @@ class Sink(Protocol):
     """Takes the samples that a run holds and sets ``clock.row`` to zero."""
 
     @property
-    def record(self) -> Record:
+    def record(self) -> KernelRecord:
         """Everything that this needs."""
 
     def __call__(self) -> None: ...

@@ -16,7 +16,7 @@ from meltemi.compiler import Rot, Sym, Table, Vec, Vectors, View, by_record, ker
 from meltemi.compiler import rotation as matrix
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import cross, dot, turn
-from meltemi.structure.members import Member
+from meltemi.structure.members import ModalMember
 from meltemi.structure.tables import SectionLoads, Structure
 from meltemi.structure.tower import (
     DAMPING,
@@ -76,7 +76,7 @@ class MovingBase(Structure):
     tower_momentum: TowerMomentum
 
 
-def moving_base(tower: Member, top_mass: float) -> dict[str, Any]:
+def moving_base(tower: ModalMember, top_mass: float) -> dict[str, Any]:
     """Arrays of the records of a tower on a moving base.
 
     Args:

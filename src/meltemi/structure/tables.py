@@ -11,8 +11,8 @@ from meltemi.compiler import (
     Array3,
     Array4,
     Constant,
+    KernelRecord,
     Numbers,
-    Record,
     Sym,
     Symmetrics,
     Table,
@@ -168,7 +168,7 @@ class TowerStationLoad(Table, axes="station"):
     moment: Vectors = xyz("N m", "moment of the upper part on the lower part, inertial axes")
 
 
-class Columns(Table, axes="coordinate"):
+class ApexColumns(Table, axes="coordinate"):
     """Partial velocities of the rotor apex by the coordinates below the blades."""
 
     linear: Vectors = xyz("- or m", "partial velocity of the apex, inertial axes")
@@ -237,10 +237,10 @@ class StepWeights(Table, axes="coordinate"):
     expected: Numbers = number("m/s^2 or rad/s^2", "acceleration at the end of the step, extrapolated")
 
 
-class Coordinates(Record):
+class Coordinates(KernelRecord):
     """Record of which the number of coordinates below the blades is known: that of the columns."""
 
-    columns: Columns
+    columns: ApexColumns
 
 
 class Structure(Exchange, Coordinates):
@@ -274,7 +274,7 @@ class Structure(Exchange, Coordinates):
     coupling: Array3
 
 
-class SectionLoads(Record):
+class SectionLoads(KernelRecord):
     """Additional record of the section loads: stations, and the loads; never in lanes."""
 
     gear_rows: GearRows

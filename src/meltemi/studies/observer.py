@@ -23,7 +23,7 @@ from meltemi.control_laws.kalman import HEAD, SCHEDULE, filter_vector, kalman_st
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
-from meltemi.simulation.channels import Channel, Contents, catalogue
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
@@ -321,7 +321,7 @@ class Observer(Brief):
         return np.clip(place, 0, len(self.wind_speed) - 1).astype(np.intp)
 
     def _channels(self) -> tuple[tuple[Channel, ...], list[str]]:
-        known = catalogue(Contents(3))
+        known = catalogue(ChannelSet(3))
         places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
         return (WIND, *(known[name] for name in places)), places
 

@@ -17,7 +17,7 @@ from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.text import InputFile
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import ImportNote
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, find
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group, find
 from meltemi.simulation.recordable import recordable
 from meltemi.turbine.definition import Turbine
 
@@ -117,7 +117,7 @@ def _available(turbine: Turbine, blade_stations: int, tower_stations: int) -> di
     elif turbine.support is not None:
         further = channels_of_group("sea") + channels_of_group("pile_station", len(turbine.support.load_stations))
     nodes = len(turbine.blade.aerodynamics.position)
-    return catalogue(Contents(turbine.n_blades, nodes, blade_stations, tower_stations, further=further))
+    return catalogue(ChannelSet(turbine.n_blades, nodes, blade_stations, tower_stations, further=further))
 
 
 def _of_node(name: str, nodes: Sequence[int]) -> str:

@@ -13,7 +13,7 @@ from meltemi.simulation.bladed.build import blade_modes
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.structure.members import Member, blade_member
+from meltemi.structure.members import ModalMember, blade_member
 from meltemi.turbine.definition import Turbine
 
 Texts = dict[str, str]
@@ -65,7 +65,7 @@ class ExportModel:
     environment: Environment
     modes: dict[str, int]
     model: BladedModel
-    member: Member
+    member: ModalMember
 
     @property
     def name(self) -> str:

@@ -53,7 +53,7 @@ class Module:
         self.used = HEAD
         self.emitter, self.plain = Emitter(), dict[str, str]()
         self.order: list[str] = []
-        self.parts: dict[str, Part] = {}
+        self.parts: dict[str, FunctionAnalysis] = {}
         self._visit(top)
         self.parts[top].addresses.records = dict(records)
         for name in reversed(self.order):
@@ -64,7 +64,7 @@ class Module:
 
     def _visit(self, name: str) -> None:
         if name not in self.parts:
-            part = self.parts[name] = Part(self, self.functions[name], len(self.parts))
+            part = self.parts[name] = FunctionAnalysis(self, self.functions[name], len(self.parts))
             for call in part.calls:
                 self._visit(call.callee)
             self.order.append(name)
@@ -90,7 +90,7 @@ class Module:
         return root == CONSTANTS
 
 
-class Part:
+class FunctionAnalysis:
     """One function of a module.
 
     Args:

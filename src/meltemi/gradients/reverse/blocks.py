@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
-from meltemi.gradients.reverse.analysis import AGAIN, ARITHMETIC, Part
+from meltemi.gradients.reverse.analysis import AGAIN, ARITHMETIC, FunctionAnalysis
 from meltemi.gradients.reverse.code import (
     NOTHING,
-    Block,
+    BasicBlock,
     Instruction,
     Operand,
     is_float,
@@ -31,7 +31,7 @@ class Reverse:
       across: values whose adjoints pass from block to block.
     """
 
-    def __init__(self, part: Part, block: Block, again: frozenset[str]) -> None:
+    def __init__(self, part: FunctionAnalysis, block: BasicBlock, again: frozenset[str]) -> None:
         self.part, self.block, self.again = part, block, again
         self.sources = list(dict.fromkeys(block.sources))
         self.switch = len(self.sources) > 1
@@ -310,7 +310,7 @@ class Reverse:
                 f"store double {e.op('fadd', 'double', old, e.new(f'extractelement {kind} {part}, i64 {i}'))}, ptr {p}"
             )
 
-    def _adjoint_of_kernel(self, each: Instruction, callee: Part) -> None:
+    def _adjoint_of_kernel(self, each: Instruction, callee: FunctionAnalysis) -> None:
         e = self.e
         passed = ["ptr %base", *(f"{o.kind} {self.value(o.name)}" for o in each.operands if not is_float(o.kind))]
         e.do(f"store ptr {e.new('load ptr, ptr %tape')}, ptr %base")

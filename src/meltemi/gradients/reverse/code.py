@@ -86,7 +86,7 @@ def printed(code: str, value: Callable[[str], str]) -> str:
 
 
 @dataclass(frozen=True)
-class Block:
+class BasicBlock:
     """Instructions without branches, and the blocks they may come from."""
 
     label: str
@@ -114,7 +114,7 @@ class Function:
     kernel: str
     kind: str
     arguments: tuple[Operand, ...]
-    blocks: dict[str, Block]
+    blocks: dict[str, BasicBlock]
 
 
 def no_rule(text: str, kernel: str) -> MeltemiError:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.compiler import Record, members
+from meltemi.compiler import KernelRecord, members
 from meltemi.core.errors import InputError
 from meltemi.gradients.reverse.tape import SHADOW
 
@@ -31,7 +31,7 @@ class Memory:
       InputError: the arrays are too large.
     """
 
-    def __init__(self, records: Sequence[Record], used: int) -> None:
+    def __init__(self, records: Sequence[KernelRecord], used: int) -> None:
         arrays = [a for r in records for a in r.arrays if a.dtype != np.float32 and a.size]
         spans = sorted({(a.ctypes.data, a.ctypes.data + a.nbytes) for a in arrays})
         merged: list[list[int]] = []
@@ -60,7 +60,7 @@ class Memory:
             self.of(array)[...] = array
 
     @staticmethod
-    def numbers(records: Sequence[Record]) -> dict[tuple[str, str], int | None]:
+    def numbers(records: Sequence[KernelRecord]) -> dict[tuple[str, str], int | None]:
         """Number of the array of each member by the names of record and member; None for one without derivatives."""
         classes: list[Any] = [type(record) for record in records]
         pairs = [zip(members(c).items(), r.arrays, strict=True) for c, r in zip(classes, records, strict=True)]
@@ -101,7 +101,7 @@ class Memory:
         """[bytes] on the tape."""
         return int(self._end[0]) - self.tape
 
-    def _moved(self, record: Record) -> Any:
+    def _moved(self, record: KernelRecord) -> Any:
         words, at = record.words.copy(), 0
         cls: Any = type(record)
         for array, member in zip(record.arrays, members(cls).values(), strict=True):

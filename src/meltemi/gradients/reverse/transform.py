@@ -46,7 +46,7 @@ done:
 
 
 @dataclass(frozen=True)
-class Code:
+class ModuleCode:
     """LLVM code of a module.
 
     Attributes:
@@ -61,7 +61,7 @@ class Code:
 
 
 def transformed(
-    code: Code,
+    code: ModuleCode,
     records: Mapping[int, Any],
     arrays: Mapping[tuple[str, str], int | None],
     wanted: frozenset[str] | None,

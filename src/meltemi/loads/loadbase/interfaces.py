@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import chain
 
 from meltemi.compiler import MAX_LINES
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group
 from meltemi.turbine.definition import Turbine
 
 BLADE_STATIONS = (0.25, 0.5, 0.75)
@@ -85,7 +85,7 @@ def known_channels(blades: int) -> dict[str, Channel]:
     """Channels with up to 9 stations of blades and tower, 40 of the pile, and all mooring lines."""
     lines = channels_of_group("line", MAX_LINES)
     sea = (*channels_of_group("sea"), *channels_of_group("pile_station", 40), *channels_of_group("platform"), *lines)
-    return catalogue(Contents(blades, blade_stations=9, tower_stations=9, further=sea))
+    return catalogue(ChannelSet(blades, blade_stations=9, tower_stations=9, further=sea))
 
 
 def recorded(turbine: Turbine, interfaces: Sequence[Interface]) -> tuple[str, ...]:

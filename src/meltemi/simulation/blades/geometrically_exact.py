@@ -22,7 +22,7 @@ from meltemi.maths.rotations import angular_acceleration, rotation, rotation_vec
 from meltemi.maths.vectors import Rot, Vec, cross
 from meltemi.simulation import system
 from meltemi.structure.blades import blade_motion, tip_deflection
-from meltemi.structure.members import Member, NodeLayout
+from meltemi.structure.members import ModalMember, NodeLayout
 from meltemi.structure.tables import SectionLoads
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import BladeMotion
@@ -65,7 +65,7 @@ class System(system.System):
     SAME = {"cell_alone": "cell", "motion_alone": "motion"}  # noqa: RUF012
 
 
-def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
+def arrays(turbine: Turbine, blade: ModalMember, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
     """Cells, and the arrays that the kernels fill.
 
     Args:

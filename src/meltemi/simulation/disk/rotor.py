@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import RotorCoefficient, coefficient_arrays
 from meltemi.aero.tables import AeroParameters
-from meltemi.compiler import Record, Table, View
+from meltemi.compiler import KernelRecord, Table, View
 from meltemi.control.actuators import FlapActuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.environment.rain import rain_parameters
@@ -43,8 +43,8 @@ class DiskRotor:
     """
 
     in_lanes: ClassVar[bool] = False
-    system: ClassVar[type[Record]] = DiskSystem
-    sections: ClassVar[type[Record]] = DiskSystem
+    system: ClassVar[type[KernelRecord]] = DiskSystem
+    sections: ClassVar[type[KernelRecord]] = DiskSystem
     signals: ClassVar[dict[str, type[Table]]] = COMMON_SIGNALS | {"disk_flow": DiskFlow}
     parameter_tables: ClassVar[ParameterTables] = (
         (StructureParameters, "structure", ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import atan2, cos, exp, log, pi, sin, sqrt, tanh
 
-from meltemi.aero.coefficient import Coefficients, known, power_coefficient, thrust_coefficient
+from meltemi.aero.coefficient import PowerCoefficients, known, power_coefficient, thrust_coefficient
 from meltemi.compiler import Array2, Constant, Table, Vec, kernel, number
 from meltemi.environment.rain import RainParameters, rain_power_loss
 from meltemi.simulation.step import (
@@ -51,7 +51,7 @@ class DiskFlow(Table):
     rain_loss: float = number("W", "power loss to rain")
 
 
-class DiskSystem(AnySystem, Coefficients):
+class DiskSystem(AnySystem, PowerCoefficients):
     """A power-coefficient turbine; its coordinates are yaw, generator, torsion of the shaft."""
 
     disk: Disk
