@@ -11,7 +11,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
-from meltemi.compiler import Table, TableType
+from meltemi.compiler import Table, TableClass
 from meltemi.core.usual import usual_range
 
 RUN = "turbine-run.nc"
@@ -280,7 +280,7 @@ def arrays() -> str:
     ):
         home = import_module(f"meltemi.{module}")
         for name, found in vars(home).items():
-            if isinstance(found, TableType) and found.__module__ == home.__name__:
+            if isinstance(found, TableClass) and found.__module__ == home.__name__:
                 parts += [f"## {found.title}", f"`meltemi.{module}.{name}`. " + array(f"{module}.{name}")]
     return "\n\n".join(parts)
 
