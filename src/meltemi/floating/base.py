@@ -40,7 +40,7 @@ class RadiationState(Table, axes="mode"):
     imaginary: Numbers = number("m", "state: imaginary part")
 
 
-class DragStrip(Table, axes="strip"):
+class DragStrip(Table, axes="strip", title="strip"):
     """Constants of the pieces of members that have drag."""
 
     place: Vectors = xyz("m", "position of the piece on the platform")

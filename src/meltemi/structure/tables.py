@@ -168,7 +168,7 @@ class TowerStationLoad(Table, axes="station"):
     moment: Vectors = xyz("N m", "moment of the upper part on the lower part, inertial axes")
 
 
-class ApexColumns(Table, axes="coordinate"):
+class ApexColumns(Table, title="columns", axes="coordinate"):
     """Partial velocities of the rotor apex by the coordinates below the blades."""
 
     linear: Vectors = xyz("- or m", "partial velocity of the apex, inertial axes")
