@@ -11,6 +11,7 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.operating_point import NotConverged, no_balance
 from meltemi.simulation.orbit import FARTHEST, NEARLY, PITCH_SCAN, SAMPLES, SETTLED, Orbit
+from meltemi.structure.tower import STIFFNESS
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -147,12 +148,26 @@ class CarefulOrbit(Orbit):
                 f"the blades deflect by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond the range of their "
                 "model; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer blades help"
             )
+        if loose := self.unsupported():
+            return begin + (
+                f"the foundation has no stiffness against {', '.join(loose)}; if the body below the tower has none "
+                f"either, hold it: options.locked: {loose}"
+            )
         modal = self.model.options.blade_model == "modal"
         exact = "other blades than options.blade_model 'modal' may help; " if modal else ""
         return begin + (
             f"the search does not converge beyond; {exact}a simulation can start from initial conditions instead "
             "(start=meltemi.Start(...))"
         )
+
+    def unsupported(self) -> list[str]:
+        """Free motions of the base that the foundation does not hold; a platform floats."""
+        model = self.model
+        stiffness = np.diag(model.rotor.tower_matrix[STIFFNESS])
+        motions = zip(model.coordinates[: model.rows.yaw], model.locked, stiffness, strict=False)
+        if model.turbine.platform is not None:
+            return []
+        return [name for name, locked, k in motions if name.startswith("base ") and not locked and k == 0.0]
 
 
 def balance_carefully(

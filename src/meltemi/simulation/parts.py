@@ -9,7 +9,7 @@ Reference: docs/development/parts.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -134,6 +134,19 @@ SEA = "meltemi.sea.sea_part"
 """Module whose ``sea_part`` makes the part of a sea."""
 GROUP = "meltemi.parts"
 """Entry points of such functions in other packages; ``extensions`` of a turbine names those that it has."""
+
+
+def numbers_of(table: Any, given: Mapping[str, float], where: str) -> Any:
+    """A table of numbers, all of which must be given.
+
+    Raises:
+      InputError: one is missing or unknown; ``where`` says where.
+    """
+    if missing := [name for name in table.names if name not in given]:
+        raise InputError(f"{where}: missing {', '.join(missing)}")
+    if unknown := [name for name in given if name not in table.names]:
+        raise InputError(f"{where}.{unknown[0]}: {did_you_mean(unknown[0], table.names)}")
+    return table.of(**given)
 
 
 def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:
