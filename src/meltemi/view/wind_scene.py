@@ -48,17 +48,17 @@ def wind_scene(wind: Wind) -> Scene:
     about, arrays = wind_section(wind, CrossSection(height, across, up, POINTS, 2.0 * across), begin, end, RATE)
     about["alone"] = True
     middle = POINTS // 2
-    found = Scene(
+    scene = Scene(
         {"kind": "wind", "begin": begin, "duration": end - begin, "steps": {"wind": 1.0 / RATE}, "wind": about}, arrays
     )
-    series = found.arrays["wind.amplitude"][:, middle, middle] * arrays["wind.scale"] + arrays["wind.mean"]
+    series = scene.arrays["wind.amplitude"][:, middle, middle] * arrays["wind.scale"] + arrays["wind.mean"]
     if len(series) > 1:
         titles = ("downwind", "to the left", "up")
         plots = [
             {"title": f"Wind {name}, in the middle", "unit": "m/s", "lines": [{"name": name, "column": i}]}
             for i, name in enumerate(titles)
         ]
-        found.about["plots"] = plots
-        found.about["steps"]["plot"] = 1.0 / RATE
+        scene.about["plots"] = plots
+        scene.about["steps"]["plot"] = 1.0 / RATE
         arrays |= track_arrays("plot", series.astype(float))
-    return found
+    return scene

@@ -10,17 +10,16 @@ from meltemi.core.errors import InputError
 from meltemi.exchange.boxes import Profile, box_case
 from meltemi.exchange.openfast.text import InputFile
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 
-def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> dict[str, Any] | None:
+def read_inflow(file: InputFile, hub_height: float, notes: Notes) -> dict[str, Any] | None:
     """The ``wind`` of a case file, with absolute paths; None for unsupported kinds of wind.
 
     Raises:
       InputError: the file is not valid; the message has file, line and keyword.
     """
-    v = Values(notes)
-    v.read(file)
+    v = Values(notes, file)
     steady = ("upflow", "speed", "reference_height", "shear_exponent")
     files = {1: "", 2: "uniform_file", 3: "turbsim_file", 4: "bladed_file"}
     unread = [name for name in files.values() if name and name != files.get(v["wind_type"])]
