@@ -287,9 +287,7 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: Notes) -> dict[
     }
     # x to the left, y downwind; the ratio of the first mode of the tower alone
     factors = {"side_side": (body.damping[3], side), "fore_aft": (body.damping[4], fore)}
-    data["damping"] = {
-        name: 0.5 * time * bending_frequency(span, mass, stiffness) for name, (time, stiffness) in factors.items()
-    }
+    data["damping"] = {name: 0.5 * time * bending_frequency(span, mass, EI) for name, (time, EI) in factors.items()}
     data["damping"]["torsion"] = data["damping"]["fore_aft"]
     what = ", ".join(f"{name} {100 * ratio:.3g} %" for name, ratio in data["damping"].items())
     if max(data["damping"].values()) > OVERDAMPED:

@@ -253,9 +253,8 @@ def _floating(main: InputFile, v: Values, water: DeckWater) -> dict[str, Any]:
     platform = water.platform(v)
     moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
     if moored is not None:
-        platform |= read_mooring(
-            read_input(moored, "mooring"), platform["depth"], v.notes, of_map=v["comp_mooring"] == 1
-        )
+        lines = read_input(moored, "mooring")
+        platform |= read_mooring(lines, platform["depth"], v.notes, of_map=v["comp_mooring"] == 1)
     foundation = {"motions": get_args(BaseMotion), "stiffness": np.zeros((6, 6))}
     return {"platform": platform, "foundation": foundation}
 

@@ -178,11 +178,9 @@ def _turned(lines: list[Any], free: dict[str, Any], degrees: float, end: str) ->
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
 
     def turn(place: Any) -> Any:
-        return (
-            place + end
-            if isinstance(place, str)
-            else [c * place[0] - s * place[1], s * place[0] + c * place[1], place[2]]
-        )
+        if isinstance(place, str):
+            return place + end
+        return [c * place[0] - s * place[1], s * place[0] + c * place[1], place[2]]
 
     turned = [line | {name: turn(line[name]) for name in ("fairlead", "anchor")} for line in lines]
     return turned, {name + end: point for name, point in free.items()}

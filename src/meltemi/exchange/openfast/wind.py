@@ -90,11 +90,10 @@ def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
     if profile is None:
         raise InputError(f"{file.path}: WindProfile is {v['box_profile']}, expected -1, 0, 1 or 2")
     value = {"power": v.given("box_exponent", 0.0), "log": v.given("box_roughness", 0.0)}.get(profile, 0.0)
-    v.unneeded(
-        "of another WindProfile",
-        *[f"box_{n}" for n, p in (("exponent", "power"), ("roughness", "log")) if p != profile],
-    )
-    if not (v["box_height"] > 0.0 and v["box_speed"] > 0.0) or (profile == "log" and not 0.0 < value < v["box_height"]):
+    others = [f"box_{name}" for name, kind in (("exponent", "power"), ("roughness", "log")) if kind != profile]
+    v.unneeded("of another WindProfile", *others)
+    speed, height = v["box_speed"], v["box_height"]
+    if not (height > 0.0 and speed > 0.0) or (profile == "log" and not 0.0 < value < height):
         raise InputError(f"{file.path}: RefHt_Hawc and URef must be positive, and Z0 of WindProfile 1 below RefHt_Hawc")
     if "box_offset" in v.source:
         v.note("approximated" if v["box_offset"] else "equivalent", "box_offset", "plane 0 is at the tower at time 0")
@@ -104,16 +103,7 @@ def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
         files = [one for one in components if one is not None]
         if len(files) < 3:
             raise InputError("a file is not given")
-        wind = box_case(
-            files,
-            points,
-            steps,
-            speed=v["box_speed"],
-            height=v["box_height"],
-            front="first",
-            profile=profile,
-            value=value,
-        )
+        wind = box_case(files, points, steps, speed=speed, height=height, front="first", profile=profile, value=value)
     except InputError as error:
         v.note("ignored", "box_u", f"specify a wind file for the run: {error}")
         return None

@@ -63,13 +63,8 @@ MOVES = np.radians(0.1)
 """[rad/s] from which a blade counts as moving."""
 TOWER, ROOT, SHAFT = "tower_base_moment_fore_aft", "root_moment_out_of_plane_1", "rotor_torque"
 CHANNELS = ("generator_power", "power_reference", "rotor_speed", "pitch_1", TOWER, ROOT, SHAFT)
-PITCH, MOVING, TRACKING, ENERGY, SPEED = (
-    "pitch travel",
-    "time with moving pitch",
-    "tracking error",
-    "mean power",
-    "scatter of speed",
-)
+PITCH, MOVING, TRACKING = "pitch travel", "time with moving pitch", "tracking error"
+ENERGY, SPEED = "mean power", "scatter of speed"
 TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD = "tower base fore-aft DEL", "blade root DEL", "shaft torque DEL"
 SLOPES = {TOWER_LOAD: 4.0, ROOT_LOAD: 10.0, SHAFT_LOAD: 4.0}
 UNITS = {
