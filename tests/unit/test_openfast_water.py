@@ -116,10 +116,10 @@ def water_of(folder: Path, text: str, *, old: bool) -> DeckWater:
     main = f"title\n{int(not old)} CompSeaSt\n1 CompHydro\n'sea.dat' SeaStFile\n'hydro.dat' HydroFile\n0.4 MSL2SWL\n"
     (folder / "main.fst").write_text(main)
     file = read_input(folder / "main.fst", "main")
-    values = Values([])
+    values = Values(Notes())
     values.data = {"comp_hydro": 1, "comp_sea": int(not old), "level": 0.4}
     values.data |= {"hydro_file": "hydro.dat", "sea_file": "sea.dat"}
-    return DeckWater(file, values, [])
+    return DeckWater(file, values, Notes())
 
 
 def test_one_line_in_three_formats(tmp_path: Path) -> None:
