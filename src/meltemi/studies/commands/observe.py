@@ -31,6 +31,9 @@ def observe(
     pairs = pairs_of(names, "--names", "COLUMN=CHANNEL") if names else {}
     described = load_aeroelastic(turbine, "meltemi observe")
     air = of_options({} if density is None else {"air_density": density}, meltemi.Environment, "--density")
+    expected = of_options(
+        {"reference_intensity": intensity}, meltemi.analysis.ExpectedTurbulence, "--reference-intensity"
+    )
     if signals.suffix.lower() == ".csv":
         measured = meltemi.io.read_signals(signals, pairs)
     elif pairs:
@@ -43,8 +46,8 @@ def observe(
     from meltemi.studies.observer_plots import estimate_rows, load_rows
 
     with simulation_bar(f"observer of {described.name}") as progress:
-        model, turbulence = meltemi.build(described, environment=air), meltemi.analysis.ExpectedTurbulence(intensity)
-        observer = meltemi.analysis.observer(model, turbulence=turbulence, shear_exponent=shear, progress=progress)
+        model = meltemi.build(described, environment=air)
+        observer = meltemi.analysis.observer(model, turbulence=expected, shear_exponent=shear, progress=progress)
     estimate = observer.estimate(measured, samples=samples)
     files = [
         meltemi.io.write_netcdf(estimate.result, out / "estimate.nc"),
