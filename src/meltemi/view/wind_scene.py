@@ -41,7 +41,7 @@ def wind_scene(wind: Wind) -> Scene:
         begin, end = float(wind.passing[0]), float(wind.passing[-1])
     else:
         height, up, across = wind.reference_height or USUAL_HEIGHT, USUAL_SIZE, USUAL_SIZE
-        begin, end = (0.0, USUAL_DURATION) if not isinstance(wind, WindSeries) else map(float, wind.time[[0, -1]])
+        begin, end = map(float, wind.time[[0, -1]]) if isinstance(wind, WindSeries) else (0.0, USUAL_DURATION)
     begin, end = max(begin, 0.0), min(max(end, begin + 1.0), max(begin, 0.0) + LONGEST)
     about, arrays = wind_section(wind, CrossSection(height, across, up, POINTS, 2.0 * across), begin, end, RATE)
     about["alone"] = True
