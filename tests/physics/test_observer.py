@@ -287,12 +287,12 @@ def test_every_option_changes_the_observer(model: Model) -> None:
     for settings in ({"spacing": 0.0}, {"spacing": 9.0}):
         with pytest.raises(InputError, match="spacing"):
             observer(model, **settings)
-    for make in (
-        lambda: SensorNoise(speed=0.0),
-        lambda: ExpectedTurbulence(1.5),
-        lambda: ExpectedTurbulence(edition=1),
+    for make, name in (
+        (lambda: SensorNoise(speed=0.0), "speed"),
+        (lambda: ExpectedTurbulence(reference_intensity=1.5), "reference_intensity"),
+        (lambda: ExpectedTurbulence.model_validate({"edition": 1}), "edition"),
     ):
-        with pytest.raises(InputError, match="observer: "):
+        with pytest.raises(InputError, match=f"(SensorNoise|ExpectedTurbulence): {name}"):
             make()
 
 

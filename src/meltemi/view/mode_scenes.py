@@ -62,13 +62,8 @@ def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
         points.append(
             {"name": where, "modes": modes} | {name: float(np.nan_to_num(value)) for name, value in numbers.items()}
         )
-    about = {
-        "kind": "modes",
-        "turbine": machine(turbine),
-        "sections": [round(float(v), 3) for v in s],
-        "points": points,
-        "steps": {},
-    }
+    places = [round(float(v), 3) for v in s]
+    about = {"kind": "modes", "turbine": machine(turbine), "sections": places, "points": points, "steps": {}}
     arrays = {
         "tower_shape": tower.astype(np.float32),
         "steady": np.array(steady, dtype=np.float32),
