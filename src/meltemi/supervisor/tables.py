@@ -71,28 +71,28 @@ class Quantities(Table, title="quantities of the supervisor"):
 
     yaw_error: float = number("rad", "filtered yaw error, absolute")
     producing: float = number("-", "1 while the generator is connected")
-    derate: float = number("-", "1 if the strategy of yaw protection is to derate and look again")
+    derate: float = number("-", "1 if the strategy of yaw protection is to derate and recheck")
     stop: float = number("-", "1 if it is to stop at once")
     time_over: float = number("-", "1 when the recheck is due")
     standing_by: float = number("-", "1 in standby")
     yaw_state: float = number("-", "number of the state of yaw protection")
-    emergency_word: float = number("-", "1 while the operator's last word is emergency_stop")
-    stop_word: float = number("-", "1 while it is normal_stop")
+    emergency_call: float = number("-", "1 while the last request of the operator is emergency_stop")
+    stop_request: float = number("-", "1 while it is normal_stop")
     may_start: float = number("-", "1 if neither a latch nor the operator forbids a start")
     grid: float = number("-", "1 while there is a grid")
-    speed: float = number("rad/s", "of the generator, the larger of both sensors")
-    difference: float = number("rad/s", "between both sensors of speed, on the generator's side")
-    frozen: float = number("s", "for which the generator's speed has not changed while the rotor's has")
+    speed: float = number("rad/s", "generator speed, the larger one of both sensors")
+    difference: float = number("rad/s", "difference of both speed sensors, on the generator's side")
+    frozen: float = number("s", "time for which the generator's speed has not changed while the rotor's has")
     pitch_gap: float = number("rad", "largest difference of demanded and measured pitch")
-    power: float = number("W", "electrical")
-    acceleration: float = number("m/s^2", "of the tower top, horizontal")
-    gust: float = number("m/s", "wind, short mean")
-    wind: float = number("m/s", "wind, 30 s mean")
-    mean_wind: float = number("m/s", "wind, 10 min mean")
-    start_time: float = number("s", "since the start-up began")
-    share: float = number("-", "of the torque that is allowed; 0 while the law would hold power below rated speed")
-    region: float = number("-", "of the collective law: 1 maximum power, 2 speed limit, 3 power limit")
-    feathered: float = number("rad", "demanded pitch, smallest of the blades")
+    power: float = number("W", "electrical power")
+    acceleration: float = number("m/s^2", "horizontal acceleration of the tower top")
+    gust: float = number("m/s", "short mean of the wind")
+    wind: float = number("m/s", "30 s mean of the wind")
+    mean_wind: float = number("m/s", "10 min mean of the wind")
+    start_time: float = number("s", "time since the start-up began")
+    share: float = number("-", "permitted share of the torque; 0 while the law would hold power below rated speed")
+    region: float = number("-", "region of the collective law: 1 maximum power, 2 speed limit, 3 power limit")
+    feathered: float = number("rad", "smallest pitch demand of the blades")
 
 
 _CONDITIONS = """
@@ -103,8 +103,8 @@ stops          | stop           | above | 0.5              | 0            | no
 time_over      | time_over      | above | 0.5              | 0            | no
 restarted      | standing_by    | above | 0.5              | 0            | no
 yaw_shutdown   | yaw_state      | above | 2.5              | 0            | yaw
-emergency_word | emergency_word | above | 0.5              | 0            | yes
-stop_word      | stop_word      | above | 0.5              | 0            | no
+emergency_call | emergency_call | above | 0.5              | 0            | yes
+stop_request   | stop_request   | above | 0.5              | 0            | no
 may_start      | may_start      | above | 0.5              | 0            | no
 grid_lost      | grid           | below | 0.5              | 0            | no
 trip_speed     | speed          | above | trip_speed       | 0            | yes
@@ -141,8 +141,8 @@ stops          | the strategy is to stop
 time_over      | the recheck is due
 restarted      | the turbine stands by again
 yaw_shutdown   | yaw protection
-emergency_word | the operator's emergency stop
-stop_word      | the operator's stop
+emergency_call | the operator's emergency stop
+stop_request   | the operator's stop
 may_start      | free to start
 grid_lost      | the grid is lost
 trip_speed     | generator speed {value:.5g} rad/s above {limit:.5g} rad/s
@@ -183,13 +183,13 @@ idling         | none | feather | normal    | free | follow | feathered, turns f
 """
 
 _TRANSITIONS = """
-running stopping | emergency_stop | emergency_word
+running stopping | emergency_stop | emergency_call
 running stopping | emergency_stop | trip_speed
 running stopping | emergency_stop | grid_lost
 running stopping | emergency_stop | speed_sensors
 running stopping | emergency_stop | frozen
 running stopping | emergency_stop | pitch_gap
-running          | normal_stop    | stop_word
+running          | normal_stop    | stop_request
 running          | normal_stop    | over_speed
 running          | normal_stop    | over_power
 running          | normal_stop    | tower
