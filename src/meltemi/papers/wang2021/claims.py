@@ -28,10 +28,10 @@ from meltemi.papers.wang2021.gust import (
     ordered,
     spread,
 )
+from meltemi.papers.wang2021.lifetime import over_parts, paired
 from meltemi.papers.wang2021.runs import AS_SCALED, CALIBRATED, STOP_AT, YawProtectionRuns
 from meltemi.papers.wang2021.table2 import FITTED, MOMENT, POWER, Table2
 from meltemi.papers.wang2021.winds import GUST_BEGIN, POWER_SPEED, TIMES, measured
-from meltemi.papers.wang2021.years import over_parts, paired
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.studies.machine_loads import TOP_SHEAR, YAW_BENDING

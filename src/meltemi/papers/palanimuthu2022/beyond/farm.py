@@ -24,6 +24,7 @@ from meltemi.environment.site import STANDARD
 from meltemi.iec.winds import ntm
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.palanimuthu2022.beyond.machines import SLOW
+from meltemi.papers.palanimuthu2022.paper import sentence
 from meltemi.papers.study import Draw, Progress, span
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
@@ -143,9 +144,8 @@ def _cases(
     assert isinstance(turbine, Turbine)
     performance = performance_of(turbine)
     tables = rotor_tables(performance, turbine.control.pitch.minimum)
-    slow = SLOW * default_frequency(
-        turbine, tables, shaft_inertia(turbine)
-    )  # see the chapter on three turbines (beyond/machines.py)
+    # see the chapter on three turbines (beyond/machines.py)
+    slow = SLOW * default_frequency(turbine, tables, shaft_inertia(turbine))
     law = PowerController(turbine, performance, PowerControl(scheme="optimal_speed", frequency=slow))
     starts = {v: operating_point(model, v) for v in {each[3] for each in wanted}}
     for name, angle, power, v, seed in wanted:
@@ -251,12 +251,7 @@ def loads_table(results: Results) -> Table:
             rows.append([*where, *changes, "yes" if farm.within(point) else "no", change_text(farm.gain(point))])
     head = ["turbine", "misalignment [deg]", "asked for [%]", "power [%]", "thrust [%]"]
     head += [*(f"{load} [%]" for load in LOADS.values()), "within", "power of both [%]"]
-    note = (
-        f"{FULL.speed:g} m/s, turbulence of {100 * INTENSITY:g} %; changes against the aligned turbine that gives all "
-        "it can, with 95 % intervals. Within: no load above it, in the mean. Power of both: with a second turbine, "
-        f"aligned, {SPACING:g} diameters downstream in the steady Gaussian wake, against both aligned. Asked for: of "
-        "the power of the wind across the rotor. Derated by A0 with the slow speed loop."
-    )
+    note = sentence("farm loads", speed=FULL.speed, intensity=100 * INTENSITY, spacing=SPACING)
     return Table(head, rows, "Derating and misalignment of the upstream turbine", text_columns=3, note=note)
 
 
@@ -273,11 +268,7 @@ def margins_table(results: Results) -> Table:
             rows.append([name, split, f"{math.degrees(angle):+.0f}", *powers, lack, change])
     head = ["turbine", "split", "misalignment [deg]", "upstream [MW]", "downstream [MW]", "smaller margin [MW]"]
     head += ["lack of power [%]", "its change [%]"]
-    note = (
-        f"{100 * DEMAND:.0f} % of what both have when aligned is asked of them; margin: what the turbine with less of "
-        "it has to spare in the mean wind. Lack: root mean square of what the sum falls short, share of what is "
-        "asked, in independent turbulence of both."
-    )
+    note = sentence("farm margins", demand=100 * DEMAND)
     return Table(head, rows, "Following power with margins", text_columns=3, note=note)
 
 
@@ -291,8 +282,7 @@ def chapter(results: Results, draw: Draw, *, applied: bool = False) -> Section:
 
 def verdict(results: Results) -> str:
     """Conclusion, from the results."""
-    source = "After Croce et al. (2024), Wind Energ. Sci. 9, 1211, and Tamaro et al. (2025), Wind Energ. Sci. 10, 2705"
-    lines = [f"{source}: their methods in short on our turbines, none of their numbers."]
+    lines = [sentence("farm source")]
     for name, farm in results.items():
         allowed = {p: farm.gain(p) for p in farm.points if p == ALIGNED or farm.within(p)}
         free = max(farm.points, key=lambda p: farm.gain(p).mean)
@@ -303,16 +293,11 @@ def verdict(results: Results) -> str:
         equal, aligned, steered = (farm.margins[split][2] * 1e-6 for split in SPLITS)
         angle = math.degrees(farm.margins[SPLITS[2]][0])
         added = f"{angle:+.0f}° add {steered - aligned:.2f} MW" if angle else "no misalignment tried adds any"
-        lines.append(
-            f"{name}: misaligned and within the loads of the aligned turbine: {words}. Most power of both: "
-            f"{_set_point_text(free)} without a constraint ({change_text(farm.gain(free))} %), "
-            f"{_set_point_text(best)} with it "
-            f"({change_text(farm.gain(best))} %). Margins: {added}; the split by the smaller margin leaves "
-            f"{steered:.2f} MW to spare, equal shares {equal:.2f} MW, and the lack of power changes by "
-            f"{change_text(lack)} %."
-        )
-    limits = "The wake is steady and its added turbulence is left out: loads of the downstream turbine are not judged."
-    return "\n\n".join([*lines, limits])
+        points = {"free": _set_point_text(free), "best": _set_point_text(best)}
+        gains = {"free_gain": change_text(farm.gain(free)), "best_gain": change_text(farm.gain(best))}
+        margins = {"added": added, "steered": steered, "equal": equal, "lack": change_text(lack)}
+        lines.append(sentence("farm", name=name, safe=words, **points, **gains, **margins))
+    return "\n\n".join([*lines, sentence("farm limits")])
 
 
 def _set_point_text(point: FarmSetPoint) -> str:
