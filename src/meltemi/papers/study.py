@@ -252,9 +252,9 @@ def answer_chapter(
     heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Block], tables: Callable[[], Sequence[Table]]
 ) -> Section:
     """Chapter that begins with a verdict, if there is one."""
-    made = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
+    content = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
     words = guarded_text(verdict, "The answer").split("\n\n") if verdict else []
-    return Section(heading, [*words, *drawings, *made])
+    return Section(heading, [*words, *drawings, *content])
 
 
 def guarded_figure(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Block:

@@ -133,11 +133,11 @@ def claims(runs: LoadControlRuns, readings: Mapping[str, Comparison] | None = No
       runs: all of them.
       readings: the paper's schemes by name of the reading; those of the runs by default.
     """
-    found = []
+    lines = []
     for stated in rows_of("he2018", "claims.csv").values():
         judge = partial(_judged, runs, readings or runs.judged, stated)
-        found += claim_group(stated["item"], stated["where"], judge)
-    return found
+        lines += claim_group(stated["item"], stated["where"], judge)
+    return lines
 
 
 def not_detuned(readings: Mapping[str, Comparison]) -> dict[str, Comparison]:
@@ -151,12 +151,12 @@ def _judged(runs: LoadControlRuns, readings: Mapping[str, Comparison], stated: S
         finding = rule.of(runs, stated)
     else:
         finding = _over_readings({name: rule.of(c, stated) for name, c in readings.items()}, len(runs.setup.seeds))
-    found = judgement(unchecked(f"because {stated['why']}") if stated["why"] else finding.judged)
-    plain = found.outcome == "held" and stated["basis"] != "command"
+    judged = judgement(unchecked(f"because {stated['why']}") if stated["why"] else finding.judged)
+    plain = judged.outcome == "held" and stated["basis"] != "command"
     names = ("item", "paper", "where", "basis", "reason")
     words = {name: stated[name] for name in names} | ({"reason": ""} if plain else {})
     by_few, tolerance = finding.by_few, rule.tolerance
-    return [Claim(**words, ours=finding.ours, judgement=found, tolerance=tolerance, by_few=by_few)]  # type: ignore[arg-type]
+    return [Claim(**words, ours=finding.ours, judgement=judged, tolerance=tolerance, by_few=by_few)]  # type: ignore[arg-type]
 
 
 def _over_readings(findings: Mapping[str, Finding], seeds: int) -> Finding:
@@ -221,14 +221,14 @@ def _raised(c: Comparison, stated: Stated) -> Finding:
 
 
 def _feedforward(c: Comparison, stated: Stated) -> Finding:
-    found = {
+    changes = {
         "alone": change(c, stated["quantity"], "feedforward"),
         "beside the feedback": change(c, stated["quantity"], "ipc", base="feedback"),
     }
-    falls = [name for name, values in found.items() if mean_interval(values).high < 0.0]
+    falls = [name for name, values in changes.items() if mean_interval(values).high < 0.0]
     how = f"falls {falls[0]} only" if falls else "does not fall"
-    ours = ", ".join(f"{name} {percent(values)}" for name, values in found.items())
-    return Finding(ours, HOLDS if len(falls) == len(found) else differs(how))
+    ours = ", ".join(f"{name} {percent(values)}" for name, values in changes.items())
+    return Finding(ours, HOLDS if len(falls) == len(changes) else differs(how))
 
 
 def _beside(c: Comparison, stated: Stated) -> Finding:
@@ -365,8 +365,8 @@ def reasons(runs: LoadControlRuns) -> dict[str, str]:
     return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
 
 
-def _each(found: Mapping[str, Comparison], words: Callable[[Comparison], str]) -> str:
-    return "; ".join(f"{name}: {words(c)}" for name, c in found.items())
+def _each(comparisons: Mapping[str, Comparison], words: Callable[[Comparison], str]) -> str:
+    return "; ".join(f"{name}: {words(c)}" for name, c in comparisons.items())
 
 
 def _change_and_p(c: Comparison, stated: Stated) -> str:

@@ -42,11 +42,11 @@ def mean_gains(steps: Steps, channel: str = "aerodynamic_power") -> Float:
 def kinetic_gains(steps: Steps) -> Float:
     """(levels,) [W] part of the gain of generator power from kinetic energy of the rotor."""
     ends = steps.lead + INTERVAL * np.arange(len(steps.levels) + 1)
-    given = {}
+    delivered = {}
     for case in ("i", "ii"):
         result = steps.results[case]
-        given[case] = -np.diff(0.5 * steps.inertia * np.interp(ends, result.time, result["rotor_speed"]) ** 2)
-    return np.asarray((given["ii"] - given["i"]) / INTERVAL)
+        delivered[case] = -np.diff(0.5 * steps.inertia * np.interp(ends, result.time, result["rotor_speed"]) ** 2)
+    return np.asarray((delivered["ii"] - delivered["i"]) / INTERVAL)
 
 
 def closed_gains(steps: Steps) -> Float:

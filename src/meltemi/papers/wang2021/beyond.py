@@ -153,31 +153,31 @@ def limits_table(limits: YawLimits) -> Table:
     return Table(head, rows, "Base points that keep loads within those of extreme turbulence", note=note)
 
 
-def chapter(found: Beyond, draw: Draw) -> Section:
+def chapter(results: Beyond, draw: Draw) -> Section:
     """Chapter: conclusion, figure, tables."""
 
     def figure() -> Any:
-        return beyond_figure(found.grid, found.limits, found.years)
+        return beyond_figure(results.grid, results.limits, results.years)
 
     return Section(
         "Beyond the paper: what an owner would do",
         [
-            guarded_text(partial(verdict, found), "What to do"),
-            guarded_text(lambda: nothing_words(found.grid), "Doing nothing"),
+            guarded_text(partial(verdict, results), "What to do"),
+            guarded_text(lambda: nothing_words(results.grid), "Doing nothing"),
             draw("beyond", "Derate or stop: one page to act on", figure),
-            guarded_table("What the strategies cost", lambda: costs_table(found.grid)),
-            guarded_table("Lifetime loads", lambda: lifetime.table(found.grid, found.usual, STRATEGIES[:-1])),
-            guarded_table("Extremes of derating over those of stopping", lambda: over_stopping(found.grid)),
-            guarded_table("Derated, and stopped all the same", lambda: recheck_table(found.grid)),
-            guarded_table("Base points", lambda: limits_table(found.limits)),
-            guarded_table("A year of wind", lambda: year_table(found.years)),
+            guarded_table("What the strategies cost", lambda: costs_table(results.grid)),
+            guarded_table("Lifetime loads", lambda: lifetime.table(results.grid, results.usual, STRATEGIES[:-1])),
+            guarded_table("Extremes of derating over those of stopping", lambda: over_stopping(results.grid)),
+            guarded_table("Derated, and stopped all the same", lambda: recheck_table(results.grid)),
+            guarded_table("Base points", lambda: limits_table(results.limits)),
+            guarded_table("A year of wind", lambda: year_table(results.years)),
         ],
     )
 
 
-def verdict(found: Beyond) -> str:
+def verdict(results: Beyond) -> str:
     """Recommendation, from the results."""
-    return " ".join((_of_gusts(found.grid), _of_base_points(found.limits), _of_the_year(found.years)))
+    return " ".join((_of_gusts(results.grid), _of_base_points(results.limits), _of_the_year(results.years)))
 
 
 def _of_gusts(grid: GustResults) -> str:

@@ -80,7 +80,7 @@ class Gust:
         result = self.results[strategy]
         return first(result, result["pitch_1"] > np.radians(85.0))
 
-    def held(self) -> Float:
+    def derated_power(self) -> Float:
         """(T,) [kW] power from 30 s after the begin of derating; NaN without derating."""
         begin = next((e.time for e in transitions(self.results[DERATE], "derate")), np.inf)
         return self.power(DERATE, begin + 30.0) * 1e-3 if np.isfinite(begin) else np.array([np.nan])

@@ -150,15 +150,15 @@ def run_all(setup: YawProtectionSetup, *, workers: int | None, progress: Progres
     tables = {}
     kinds = ((AS_SCALED, turbine, Calibration()), (CALIBRATED, turbine, calibration), (EARLY, early, calibration))
     for i, (name, machine, each) in enumerate(kinds):
-        told_of = more(0.25 + 0.18 * i, 0.18, f"Table 2, {name}")
+        options = more(0.25 + 0.18 * i, 0.18, f"Table 2, {name}")
         tables[name] = attempt(
-            f"Table 2, {name}", simulate_bins, machine, each, winds.measured(), setup.seeds, **given, **told_of
+            f"Table 2, {name}", simulate_bins, machine, each, winds.measured(), setup.seeds, **given, **options
         )
-    tell = step_progress(span(progress, 0.79, 0.06), "V1 and V2")
-    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
+    reported = step_progress(span(progress, 0.79, 0.06), "V1 and V2")
+    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, reported)
     one, two = (both, both) if isinstance(both, FailedResult) else both
-    tell = step_progress(span(progress, 0.85, 0.15), "gust with direction change")
-    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, tell, averages=setup.averages)
+    reported = step_progress(span(progress, 0.85, 0.15), "gust with direction change")
+    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, reported, averages=setup.averages)
     gusts, recheck = (pair, pair) if isinstance(pair, FailedResult) else pair
     return YawProtectionRuns(setup, (turbine, studied), loop, calibration, tables, one, two, gusts, recheck)
 
@@ -231,12 +231,12 @@ def run_gusts(
         SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=limited),
     }
     models = {name: build(turbine, ModelOptions(yaw="driven")) for name, turbine in machines.items()}
-    blown = {
+    inflow = {
         (name, sign, time): winds.gust(turbine, sign, time, speed)
         for (name, turbine), sign, time in product(machines.items(), SIGNS, winds.TIMES)
     }
     starts = {
-        name: attempt(f"steady operation, {name}", operating_point, model, blown[name, 1, winds.STATED])
+        name: attempt(f"steady operation, {name}", operating_point, model, inflow[name, 1, winds.STATED])
         for name, model in models.items()
     }
     settings = [GustSetting(*of) for of in product(models, averages, SIGNS, winds.TIMES)]
@@ -245,7 +245,7 @@ def run_gusts(
         machine = setting.machine
         return Run(
             model=models[machine],
-            wind=blown[machine, setting.sign, setting.time],
+            wind=inflow[machine, setting.sign, setting.time],
             duration=GUST_LENGTH,
             controller=controller,
             events=events,

@@ -190,11 +190,11 @@ def _path(ax: Axes, runs: PowerControlRuns, scheme: str) -> None:
     result = runs.limited[BLADES, PHYSICAL, RAMPS, scheme]
     inside = result.time >= 40.0
     speed = result["rotor_speed"][inside]
-    air, given = aero_power(result)[inside] * MEGA, result["generator_power"][inside] * MEGA
+    air, delivered = aero_power(result)[inside] * MEGA, result["generator_power"][inside] * MEGA
     ax.plot(speed, air, color=COLOURS[0], linewidth=1.0, label="power of the air")
     pitched = np.degrees(result["pitch_1"][inside]) > 0.05
     ax.plot(speed[pitched], air[pitched], ".", color=COLOURS[3], markersize=3.0, label="... with pitch")
-    ax.plot(speed, given, color=COLOURS[1], linewidth=1.8, label="power of the generator")
+    ax.plot(speed, delivered, color=COLOURS[1], linewidth=1.8, label="power of the generator")
     _arrows(ax, speed, air, COLOURS[0])
 
 
