@@ -90,44 +90,22 @@ def study(
       speed: [m/s] of the larger one of the grid's winds; by default that of the paper's gust.
       workers, progress: of the runs.
     """
-    fixed = build(turbine, FAST.replace(yaw="held"))
-    speeds = LIMIT_SPEEDS if speed is None else None
-    few: dict[str, Any] = {"speeds": (8.0, 25.0), "length": 30.0} if quick else {"speeds": speeds}
-    limits = attempt(
-        "limits",
-        find_limits,
-        fixed,
-        limit_seeds[: 1 if quick else None],
-        wind_class=WIND_CLASS,
-        workers=workers,
-        progress=step_progress(span(progress, 0.0, 0.15), "loads at yaw errors"),
-        **few,
-    )
+    fixed, seeds = build(turbine, FAST.replace(yaw="held")), limit_seeds[: 1 if quick else None]
+    few: dict[str, Any] = {"speeds": LIMIT_SPEEDS if speed is None else None}
+    few = {"speeds": (8.0, 25.0), "length": 30.0} if quick else few
+    few |= {"wind_class": WIND_CLASS, "progress": step_progress(span(progress, 0.0, 0.15), "loads at yaw errors")}
+    limits = attempt("limits", find_limits, fixed, seeds, workers=workers, **few)
     ours = attempt("base points", lambda: limits.base_points)
-    chosen = QUICK if quick else GustGrid()
-    grid = attempt(
-        "grid",
-        run_grid,
-        turbine,
-        chosen if speed is None else replace(chosen, speeds=(*chosen.speeds[:-1], speed)),
-        None if isinstance(ours, FailedResult) else ours,
-        workers=workers,
-        progress=step_progress(span(progress, 0.15, 0.8), "gusts"),
-    )
+    base_points = None if isinstance(ours, FailedResult) else ours
+    gusts = QUICK if quick else GustGrid()
+    gusts = gusts if speed is None else replace(gusts, speeds=(*gusts.speeds[:-1], speed))
+    reported = step_progress(span(progress, 0.15, 0.8), "gusts")
+    grid = attempt("grid", run_grid, turbine, gusts, base_points, workers=workers, progress=reported)
     progress(0.95, "a year of wind")
     curve = attempt("power curve", power_curve, fixed)
     years = attempt("year", a_year, turbine, curve, ours, site(), days=3.0 if quick else QUARTER, workers=workers)
     length = 30.0 if quick else 600.0
-    usual = attempt(
-        "production",
-        production,
-        fixed,
-        site().mean,
-        WIND_CLASS,
-        limit_seeds[: 1 if quick else None],
-        length,
-        workers=workers,
-    )
+    usual = attempt("production", production, fixed, site().mean, WIND_CLASS, seeds, length, workers=workers)
     progress(1.0, "done")
     return Beyond(limits, grid, years, usual)
 
@@ -146,10 +124,7 @@ def rated_wind(turbine: Turbine) -> float:
 def limits_table(limits: YawLimits) -> Table:
     """Table of base points from load limits."""
     head, rows = limit_rows(limits)
-    note = (
-        f"Largest load over its limit, of {len(limits.limit)} and both signs of the error; and the load that governs. "
-    )
-    note += f"Limits, 1.1 times extreme turbulence at 8 deg: {limit_words(limits)}."
+    note = sentence("limits", loads=len(limits.limit), limits=limit_words(limits))
     return Table(head, rows, "Base points that keep loads within those of extreme turbulence", note=note)
 
 
@@ -184,21 +159,11 @@ def _of_gusts(grid: GustResults) -> str:
     share = 100.0 * longest(grid).groupby("strategy")["stops"].mean()
     bending = {name: costs(grid.rows, name, f"{YAW_BENDING}, extreme") for name in ("S1", "S2", OURS)}
     stops, rates = 100.0 * stopped_after_derating(grid), np.degrees(grid.grid.yaw_rates)
-    return sentence(
-        "owner",
-        S1=share["S1"],
-        S2=share["S2"],
-        ours=share[OURS],
-        stop=bending["S1"],
-        derate=bending["S2"],
-        derate_ours=bending[OURS],
-        short=grid.grid.rechecks[0],
-        slow=rates[0],
-        most=stops[0, 0],
-        long=grid.grid.rechecks[-1],
-        fast=rates[-1],
-        least=stops[-1, -1],
-    )
+    numbers = {"S1": share["S1"], "S2": share["S2"], "ours": share[OURS]}
+    numbers |= {"stop": bending["S1"], "derate": bending["S2"], "derate_ours": bending[OURS]}
+    numbers |= {"short": grid.grid.rechecks[0], "slow": rates[0], "most": stops[0, 0]}
+    numbers |= {"long": grid.grid.rechecks[-1], "fast": rates[-1], "least": stops[-1, -1]}
+    return sentence("owner", **numbers)
 
 
 def _of_base_points(limits: YawLimits) -> str:

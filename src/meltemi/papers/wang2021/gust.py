@@ -182,21 +182,16 @@ def ratios_table(g: Gusts) -> Table:
     against += [(YAW_BENDING, STOP, IGNORE)]
     if all(EMERGENCY in x.results for phases in g.phases.values() for x in phases):
         against.append((YAW_BENDING, DERATE, EMERGENCY))
+    short = {other: other if other == EMERGENCY else other[:2] for *_, other in against}
     head = ["machine", "yaw average\ns", "change", "within\ns"]
-    head += [
-        f"{load}\n{strategy[:2]} over {other if other == EMERGENCY else other[:2]}" for load, strategy, other in against
-    ]
+    head += [f"{load}\n{strategy[:2]} over {short[other]}" for load, strategy, other in against]
     head += ["tower top\nS1 < S2 < S3"]
     rows = []
     for s in g.phases:
         x = g.values(s, ordered)
         cells = [spread(g.ratios(s, load, other, strategy)) for load, strategy, other in against]
         rows.append([s.machine, f"{s.average:g}", SIGNS[s.sign], f"{s.time:g}", *cells, f"{x.sum():.0f} of {len(x)}"])
-    note = (
-        f"Smallest to largest over {len(next(iter(g.phases.values())))} azimuths of the rotor. The default yaw control "
-        "averages over 30 s and starts after 10 s; the others start at once. The paper gives neither, and no "
-        "direction; the change takes 20 s in its text and 10 s in the standard's gust."
-    )
+    note = sentence("ratios", phases=len(next(iter(g.phases.values()))))
     return Table(head, rows, "Peaks of derating over those of stopping and ignoring", text_columns=1, note=note)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi.loads.energy import YEAR
 from meltemi.papers.wang2021.costs import kinds
+from meltemi.papers.wang2021.words import sentence
 from meltemi.postprocess.ensemble import MeanEstimate, ensemble_load, lifetime_del, mean_interval
 from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import with_interval
@@ -90,25 +92,13 @@ def change(rows: pd.DataFrame, production: Mapping[str, float], strategy: str, n
 
 def table(grid: GustResults, production: Mapping[str, float], strategies: Sequence[str]) -> Table:
     """Table of lifetime loads by strategy, direction and rise time of the fronts, and their number."""
-    rows = [
-        [
-            f"{fronts}",
-            direction,
-            f"{time:g}",
-            strategy,
-            *(change(of_kind, production, strategy, name, fronts) for name in LOADS),
-        ]
-        for fronts in FRONTS
-        for direction, time, of_kind in kinds(grid)
-        for strategy in strategies
-    ]
+    rows = []
+    for fronts, (direction, time, of_kind), strategy in product(FRONTS, list(kinds(grid)), strategies):
+        changes = [change(of_kind, production, strategy, name, fronts) for name in LOADS]
+        rows.append([f"{fronts}", direction, f"{time:g}", strategy, *changes])
     usual = ", ".join(f"{name} {production[name]:.3g} {load.unit}" for name, load in LOADS.items())
-    note = (
-        "Change of the equivalent load of twenty years against S3, [%] with 95 % intervals over the winds of the grid, "
-        "of which each front is one; derating with the longest recheck time. Damage of production, in turbulence of "
-        f"the class and a Rayleigh distribution at the site's mean wind, and fronts added; production alone: {usual}."
-    )
     head = ["fronts\na year", "change", "within\ns", "strategy", *LOADS]
+    note = sentence("lifetime", production=usual)
     return Table(head, rows, "Lifetime loads of the strategies", text_columns=4, note=note)
 
 
@@ -149,9 +139,5 @@ def year_table(years: Sequence[StrategyYear]) -> Table:
         rows.append([f"{fronts}", strategy, *values, with_interval(won(years, strategy, fronts), 2, "+")])
     head = ["fronts\na year", "strategy", "energy\nGWh", "threshold\npassed", "derates", "stops", "down\nh"]
     head += ["available\n%", "won against S1\nMWh"]
-    note = (
-        f"Means and 95 % intervals over {len({y.seed for y in years})} parts of a year, as a year; the same wind for "
-        "all strategies, only fronts differ between the blocks. S1 has the stepwise threshold, as before the paper's "
-        "optimisation."
-    )
+    note = sentence("a year", parts=len({y.seed for y in years}))
     return Table(head, rows, "A year of wind", text_columns=2, note=note)
