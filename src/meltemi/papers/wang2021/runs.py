@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -173,28 +174,18 @@ def validation(
     """V1, a start-up from idling without yaw; V2, production with yaw and a stop."""
     machine = calibration.turbine(turbine)
     still, turning = build(machine), build(machine, ModelOptions(yaw="driven"))
+    one: dict[str, Any] = {"duration": START_UP_LENGTH, "channels": SHOWN}
+    one |= {"controller": SupervisedController(machine, Supervision(start_time=0.0))}
+    one |= {"start": Start(pitch=machine.pitch_actuator.maximum)}
+    two: dict[str, Any] = {"duration": POWER_LENGTH, "channels": SHOWN}
+    two |= {"controller": strategy(machine, YawProtection())}
+    two |= {"events": (Request(at=STOP_AT, request="normal_stop"),)}
     cases = [
-        Run(
-            model=still,
-            wind=lambda seed=seed: winds.start_up(machine, seed, START_UP_LENGTH),  # type: ignore[misc]
-            duration=START_UP_LENGTH,
-            controller=SupervisedController(machine, Supervision(start_time=0.0)),
-            start=Start(pitch=machine.pitch_actuator.maximum),
-            channels=SHOWN,
-            name=f"V1, seed {seed}",
-        )
+        Run(still, partial(winds.start_up, machine, seed, START_UP_LENGTH), name=f"V1, seed {seed}", **one)
         for seed in seeds
     ]
     cases += [
-        Run(
-            model=turning,
-            wind=lambda seed=seed: winds.power_stage(machine, seed, POWER_LENGTH),  # type: ignore[misc]
-            duration=POWER_LENGTH,
-            controller=strategy(machine, YawProtection()),
-            events=(Request(at=STOP_AT, request="normal_stop"),),
-            channels=SHOWN,
-            name=f"V2, seed {seed}",
-        )
+        Run(turning, partial(winds.power_stage, machine, seed, POWER_LENGTH), name=f"V2, seed {seed}", **two)
         for seed in seeds
     ]
     results = cells(cases, workers=workers, progress=progress)

@@ -212,7 +212,7 @@ def verdict(sites: SiteResults) -> str:
         ", ".join(estimate_text(scenario_change(sites, name, scenario)) for name in sites.years)
         for scenario in ("3 K warmer", "wind 5 % slower")
     )
-    numbers = {"names": names, "one": estimate_text(one), "two": estimate_text(two)}
+    numbers: dict[str, object] = {"names": names, "one": estimate_text(one), "two": estimate_text(two)}
     numbers |= {"denser": [100.0 * (x / air[0] - 1.0) for x in air], "warmer": warmer, "slower": slower}
     icing = {"ice": estimate_text(ice), "icy": words(icy.climate.name), "side": estimate_text(side, 0)}
     hours = icy.climate.icing_hours.sum()

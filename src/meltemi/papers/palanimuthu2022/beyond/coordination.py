@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond import loaded, part_chapter
 from meltemi.papers.palanimuthu2022.beyond.power import TURBINE, slow_base
 from meltemi.papers.palanimuthu2022.paper import sentence
 from meltemi.papers.study import Draw, Progress, answer_chapter
@@ -23,22 +23,16 @@ from meltemi.studies.power_schemes.coordination import (
     coordination_figure,
 )
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 
 def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Tables:
     """All candidates on the review's aeroelastic turbine, or another one."""
-    return coordination.study(turbine or _turbine(), quick, workers=workers, progress=progress)
+    return coordination.study(turbine or loaded(TURBINE), quick, workers=workers, progress=progress)
 
 
 def bench(quick: bool, *, workers: int | None, progress: Progress) -> ProposalComparison:
     """The comparison on the default page."""
-    return coordination.bench(_turbine(), quick, workers=workers, progress=progress)
-
-
-def _turbine() -> Turbine:
-    return aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    return coordination.bench(loaded(TURBINE), quick, workers=workers, progress=progress)
 
 
 def bench_chapter(comparison: ProposalComparison, draw: Draw) -> Section:

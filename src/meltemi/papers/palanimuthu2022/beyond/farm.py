@@ -22,10 +22,10 @@ from meltemi.analyses.performance import performance_of
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import STANDARD
 from meltemi.iec.winds import ntm
-from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond import loaded, part_chapter
 from meltemi.papers.palanimuthu2022.beyond.machines import SLOW
 from meltemi.papers.palanimuthu2022.paper import sentence
-from meltemi.papers.study import Draw, Progress, span
+from meltemi.papers.study import Draw, Progress, span, step_progress
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.power_control.controller import PowerController, default_frequency, shaft_inertia
@@ -43,8 +43,6 @@ from meltemi.studies.power_schemes.costs import ROOT, STEP, TOWER, few_modes
 from meltemi.studies.power_schemes.gaussian_wake import waked_speed
 from meltemi.tuning.run_store import FailedResultError, cells, survivors
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 Float = NDArray[np.float64]
 MACHINES = ("nrel5mw", "iea15mw")
@@ -129,11 +127,9 @@ Results = Mapping[str, TwoTurbineResults]
 
 def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Results:
     """Both studies on two turbines, or on another one."""
-    every = [turbine] if turbine else [aeroelastic(load_turbine(name), "loads in turbulence") for name in MACHINES]
-    n = len(every)
-    return {
-        t.name: _farm(t, QUICK if quick else FULL, workers, span(progress, i / n, 1.0 / n)) for i, t in enumerate(every)
-    }
+    turbines = [turbine] if turbine else [loaded(name) for name in MACHINES]
+    setup, length = QUICK if quick else FULL, 1.0 / len(turbines)
+    return {t.name: _farm(t, setup, workers, span(progress, i * length, length)) for i, t in enumerate(turbines)}
 
 
 def _cases(
@@ -174,11 +170,8 @@ def _farm(turbine: Turbine, setup: SchemeSetup, workers: int | None, progress: P
         name = f"farm, {turbine.name}, {math.degrees(angle):g} deg, {share:g}, seed {seed}"
         wanted.append((name, angle, power, setup.speed, seed))
     first_part = span(progress, 0.0, 0.6)
-    results = iter(
-        cells(
-            _cases(model, setup, wanted), reduce=reduced, workers=workers, progress=lambda x: first_part(x, "derating")
-        )
-    )
+    report = step_progress(first_part, "derating")
+    results = iter(cells(_cases(model, setup, wanted), reduce=reduced, workers=workers, progress=report))
     points = {}
     for angle, share in grid:
         rows = survivors(next(results) for _ in setup.seeds)
@@ -223,14 +216,12 @@ def _errors(
         name = f"farm, {farm.turbine.name}, {split}, seed {seed}"
         wanted.append((f"{name}, up", angle, powers[0], setup.speed, seed))
         wanted.append((f"{name}, down", 0.0, powers[1], v, seed + 100))
-    series = iter(
-        cells(
-            _cases(model, setup, wanted),
-            reduce=lambda result: np.asarray(result.between(setup.begin, end)["generator_power"]),
-            workers=workers,
-            progress=lambda x: progress(x, "following"),
-        )
-    )
+
+    def power(result: Result) -> Float:
+        return np.asarray(result.between(setup.begin, end)["generator_power"])
+
+    report = step_progress(progress, "following")
+    series = iter(cells(_cases(model, setup, wanted), reduce=power, workers=workers, progress=report))
     lacks: dict[str, list[float]] = {split: [] for split in farm.margins}
     for (split, (_, powers, _)), _seed in product(farm.margins.items(), setup.seeds):
         demand = sum(powers)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from meltemi.analyses.performance import performance_of
 from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.environment.site import STANDARD
-from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond import loaded, part_chapter
 from meltemi.papers.palanimuthu2022.paper import sentence
 from meltemi.papers.study import Draw, Progress, span
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
@@ -38,8 +38,6 @@ from meltemi.studies.power_schemes.costs import (
     rows_of,
 )
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -84,16 +82,9 @@ def lower_speed(turbine: Turbine, performance: RotorPerformance, level: float) -
 
 def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Results:
     """The schemes on the three turbines, or on another one."""
-    names = {t.name: t for t in ([turbine] if turbine else map(_loaded, MACHINES))}
-    length = 1.0 / len(names)
-    return {
-        name: _machine(t, quick, workers, span(progress, i * length, length))
-        for i, (name, t) in enumerate(names.items())
-    }
-
-
-def _loaded(name: str) -> Turbine:
-    return aeroelastic(load_turbine(name), "loads in turbulence")
+    turbines = [turbine] if turbine else [loaded(name) for name in MACHINES]
+    length = 1.0 / len(turbines)
+    return {t.name: _machine(t, quick, workers, span(progress, i * length, length)) for i, t in enumerate(turbines)}
 
 
 def _machine(turbine: Turbine, quick: bool, workers: int | None, progress: Progress) -> SchemeChanges:
