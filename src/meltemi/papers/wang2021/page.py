@@ -42,7 +42,7 @@ from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, YawProtectionRuns, Yaw
 from meltemi.papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
 from meltemi.papers.wang2021.winds import STATED, TIMES, measured
 from meltemi.papers.wang2021.words import sentence
-from meltemi.reports.blocks import Section, Table
+from meltemi.reports.blocks import Block, Section, Table
 from meltemi.reports.state_diagram import plot_states
 from meltemi.studies.machine_loads import YAW_BENDING
 from meltemi.studies.yaw_gusts import with_yaw_rate
@@ -117,7 +117,7 @@ def run(
     later: Any = FailedResult("not run yet")
     partly(Results(runs, Beyond(later, later, later, later)))
     turbine, rest = runs.turbines[1], (1.0 - SHARE) / (1 + len(parts))
-    limits = {"limit_seeds": runs.setup.limit_seeds, "progress": span(progress, SHARE, rest)}
+    limits: dict[str, Any] = {"limit_seeds": runs.setup.limit_seeds, "progress": span(progress, SHARE, rest)}
     more = beyond.study(turbine, quick, workers=workers, **limits)
     studies = {
         "gusts": lambda **given: measured_gusts.study(turbine, more.limits.base_points, quick, **given),
@@ -197,7 +197,7 @@ def contents(results: Results, out: Path, draw: Draw) -> Contents:
     table = claims_table([c for c in lines if c.basis != "surrogate"])
     surrogate = claims_table([c for c in lines if c.basis == "surrogate"], "Surrogate against measurement")
     ratios = guarded_table("Ratios of loads", lambda: ratios_table(runs.gusts))
-    strategies = [
+    strategies: list[Block] = [
         ratios,
         guarded_table("What makes the peaks", lambda: causes_table(runs.gusts)),
         guarded_text(lambda: slowed_words(runs.gusts), "Derating by speed"),
