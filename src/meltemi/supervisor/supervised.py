@@ -283,9 +283,9 @@ def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line
         if request == REQUEST_START:
             supervisor.start_requested = 1.0
         supervisor.last_request = float(request)
-    now.emergency_call, now.stop_request, now.may_start = 0.0, 0.0, 0.0
+    now.emergency_request, now.stop_request, now.may_start = 0.0, 0.0, 0.0
     if request == REQUEST_EMERGENCY:
-        now.emergency_call = 1.0
+        now.emergency_request = 1.0
     elif request == REQUEST_STOP:
         now.stop_request = 1.0
     elif supervisor.start_requested > 0.5 or (supervisor.latched < 0.5 and supervisor.auto_start > 0.5):
