@@ -104,25 +104,27 @@ class ElectricPart(Part):
         return channels_of_group("electrical")
 
     def states(self) -> Sequence[StateRows]:
-        """All but those of the protection."""
+        """All states except those of the protection."""
         rows = ElectricState.rows[:N_STATES]
         return (StateRows("electric", "d_electric", tuple(r.name for r in rows), tuple(r.unit for r in rows)),)
 
     def inputs(self, case: Case, point: OperatingPoint) -> dict[str, LinearVariable]:
-        """Its demands, and the grid."""
+        """Demands of torque and reactive power; voltage and frequency of the grid."""
         case.begin_parts()
-        found, outside = {}, case.control.outside
-        for name, unit, array, place, value in (
-            ("generator_torque", "N m", "demands", Demands.index("generator_torque"), point.generator_torque),
-            ("reactive_power", "var", "demands", Demands.index("reactive_power"), 0.0),
-            ("grid_voltage", "-", "outside", Conditions.index("grid_voltage"), outside.grid_voltage),
-            ("grid_frequency", "Hz", "outside", Conditions.index("grid_frequency"), outside.grid_frequency),
-        ):
-            found[name] = LinearVariable("", unit, (((array, place), 1.0),), value=value)
-        return found
+        outside = case.control.outside
+        inputs = (
+            ("generator_torque", "N m", "demands", Demands, point.generator_torque),
+            ("reactive_power", "var", "demands", Demands, 0.0),
+            ("grid_voltage", "-", "outside", Conditions, outside.grid_voltage),
+            ("grid_frequency", "Hz", "outside", Conditions, outside.grid_frequency),
+        )
+        return {
+            name: LinearVariable("", unit, (((array, table.index(name)), 1.0),), value=value)
+            for name, unit, array, table, value in inputs
+        }
 
     def log(self, case: Case, time: float) -> list[LogEntry]:
-        """Its trip."""
+        """Entry for a trip of the protection."""
         state = case.view("electric")
         number = int(state["trip"])
         since = time - float(state["off_time"])
@@ -135,7 +137,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> ElectricPart:
     if turbine.electrical is None:
         raise InputError(
             f"{turbine.name}: options.electrical 'averaged' needs turbine.electrical; "
-            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) makes one, and so does "
+            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) creates one, and so does "
             "electrical: sized in a case file"
         )
     if unfit := turbine.electrical.unfit(law.rated_power / law.rated_speed, speed):
