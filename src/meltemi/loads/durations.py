@@ -58,12 +58,7 @@ class ActuatorDuty:
 
 
 def load_duration(
-    load: ArrayLike,
-    shaft_speed: ArrayLike,
-    *,
-    dt: float,
-    load_edges: ArrayLike,
-    speed_edges: ArrayLike = (-inf, inf),
+    load: ArrayLike, shaft_speed: ArrayLike, *, dt: float, load_edges: ArrayLike, speed_edges: ArrayLike = (-inf, inf)
 ) -> LoadDuration:
     """Time and revolutions at levels of a load, for bearings and gears.
 

@@ -32,12 +32,7 @@ def checked_neighbours(distances: Sequence[float]) -> Sequence[float]:
 
 
 def wake_turbulence(
-    speed: float,
-    sigma: float,
-    distance: float,
-    thrust: float | None = None,
-    *,
-    edition: Literal[3, 4] = 4,
+    speed: float, sigma: float, distance: float, thrust: float | None = None, *, edition: Literal[3, 4] = 4
 ) -> float:
     """Standard deviation [m/s] of the wind in the centre of a wake (K-16).
 

@@ -40,11 +40,7 @@ class AnnualEnergy:
 
 
 def annual_energy(
-    powers: Sequence[ArrayLike],
-    probability: ArrayLike,
-    *,
-    availability: float = 1.0,
-    confidence: float = CONFIDENCE,
+    powers: Sequence[ArrayLike], probability: ArrayLike, *, availability: float = 1.0, confidence: float = CONFIDENCE
 ) -> AnnualEnergy:
     """Annual energy, and the interval that follows from the scatter of mean powers over seeds (L-9, L-10).
 

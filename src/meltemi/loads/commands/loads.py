@@ -13,13 +13,7 @@ import typer
 
 import meltemi
 from meltemi.app.commands import CommandGroup
-from meltemi.app.options import (
-    CONTROLLER,
-    CONTROLLERS,
-    TURBINES,
-    ControllerInputOption,
-    controller_of,
-)
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of
 from meltemi.app.scans import values_of
 from meltemi.app.terminal import (
     OutOption,

@@ -86,15 +86,7 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
         "downwind. In the sketches ⊗ is an axis into the picture; tilt and cone are drawn larger than they are, pitch "
         "is zero. F_res and M_res are the resultants of x and y, at the hub of y and z."
     )
-    head = [
-        "interface",
-        "origin",
-        "axes",
-        "x",
-        "y",
-        "z",
-        "OpenFAST: Fx, Fy, Fz, Mx, My, Mz",
-    ]
+    head = ["interface", "origin", "axes", "x", "y", "z", "OpenFAST: Fx, Fy, Fz, Mx, My, Mz"]
     return [words, Table(head, rows, caption="Axes of the interfaces", text_columns=7), Beside(sketches)]
 
 

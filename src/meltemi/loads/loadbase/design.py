@@ -141,11 +141,7 @@ class DesignLoads(Brief):
     duration_loads: pd.DataFrame
 
 
-def design_loads(
-    plan: Plan,
-    folder: str | Path,
-    settings: DesignSettings = STANDARD,
-) -> DesignLoads:
+def design_loads(plan: Plan, folder: str | Path, settings: DesignSettings = STANDARD) -> DesignLoads:
     """Evaluate a load base. What is missing is no error: ``notes``, ``coverage`` and ``problems`` say what it means.
 
     Args:

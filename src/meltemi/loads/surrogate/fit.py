@@ -140,11 +140,7 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
 
 
 def fit_surrogate(
-    campaign: SurrogateCampaign,
-    design: SurrogateDesign,
-    loads: Float,
-    kind: str = "polynomial",
-    degree: int = DEGREE,
+    campaign: SurrogateCampaign, design: SurrogateDesign, loads: Float, kind: str = "polynomial", degree: int = DEGREE
 ) -> Surrogate:
     """Fit a surrogate to the runs of a campaign except those of held-out points, and validate it with these.
 
