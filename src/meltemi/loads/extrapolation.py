@@ -157,8 +157,8 @@ def extrapolate(
     rng = np.random.default_rng(seed)
     parameters = np.empty((3, resamples + 1, len(p)))  # the first is the sample itself
     for k, x in enumerate(samples):
-        drawn = np.concatenate([np.arange(len(x))[None], rng.integers(0, len(x), (resamples, len(x)))])
-        parameters[:, :, k] = _parameters(distribution, x[drawn].reshape(resamples + 1, -1).T.copy())
+        resampled = np.concatenate([np.arange(len(x))[None], rng.integers(0, len(x), (resamples, len(x)))])
+        parameters[:, :, k] = _parameters(distribution, x[resampled].reshape(resamples + 1, -1).T.copy())
     blocks = np.array([x.shape[1] for x in samples], dtype=float)
     loads = _long_term(distribution, parameters, p, blocks, probability)
     tails = 50.0 * (1.0 - confidence) * np.array([1.0, -1.0]) + np.array([0.0, 100.0])
@@ -247,20 +247,20 @@ def _exceedance(distribution: str, parameters: Float, x: Float) -> Float:
     z = (x - location) / scale
     with np.errstate(over="ignore"):
         if distribution == "gumbel":
-            found: Float = -np.expm1(-np.exp(-z))
+            probability: Float = -np.expm1(-np.exp(-z))
         else:
-            found = np.exp(-(np.maximum(z, 0.0) ** shape))
-    return found
+            probability = np.exp(-(np.maximum(z, 0.0) ** shape))
+    return probability
 
 
 def _quantile(distribution: str, parameters: Float, q: Float) -> Float:
     location, scale, shape = parameters
-    found: Float
+    load: Float
     if distribution == "gumbel":
-        found = location - scale * np.log(-np.log1p(-q))
+        load = location - scale * np.log(-np.log1p(-q))
     else:
-        found = location + scale * (-np.log(q)) ** (1.0 / shape)
-    return found
+        load = location + scale * (-np.log(q)) ** (1.0 / shape)
+    return load
 
 
 def _total(distribution: str, parameters: Float, p: Float, blocks: Float, x: Float) -> Float:

@@ -88,18 +88,18 @@ class PlanOptions:
         """Settings of the campaign of a turbine that are given, angles in radians; the controller may be its own."""
         names = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
         names += ["inclination", "idle_pitch"]
-        found: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
-        found |= {name: round(radians(found[name]), 9) for name in names[-2:] if name in found}
+        settings: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
+        settings |= {name: round(radians(settings[name]), 9) for name in names[-2:] if name in settings}
         if self.controller is not None or self.controller_input is not None:
-            found["controller"] = controller_of(self.controller, self.controller_input)
+            settings["controller"] = controller_of(self.controller, self.controller_input)
         else:
             from meltemi.tuning.turbine_controller import turbine_controller
 
-            own, note = turbine_controller(meltemi.load_turbine(turbine), otherwise="supervised")
-            found |= {"controller": own} if own == "rosco" else {}
+            controller, note = turbine_controller(meltemi.load_turbine(turbine), otherwise="supervised")
+            settings |= {"controller": controller} if controller == "rosco" else {}
             if note:
                 say(f"note: {note}")
-        return found | ({"quick": True} if self.quick else {})
+        return settings | ({"quick": True} if self.quick else {})
 
     def campaign(self, turbine: str) -> Campaign:
         """The campaign of a turbine."""
@@ -128,12 +128,12 @@ class PlanOptions:
             if self.neighbours is not None:
                 raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
             return self.wind_class, {}
-        found = read_site(cast("Path", self.site), self.site_turbine)
+        site = read_site(cast("Path", self.site), self.site_turbine)
         if self.neighbours is not None:
-            slope = found.slope if self.slope is None else self.slope
-            found = found.replace(neighbours=tuple(values_of(self.neighbours, "--neighbours")), slope=slope)
+            slope = site.slope if self.slope is None else self.slope
+            site = site.replace(neighbours=tuple(values_of(self.neighbours, "--neighbours")), slope=slope)
         # the edition is checked with the campaign
-        return found.wind_class(cast("Edition", self.edition)), {"site": found, "inclination": found.inclination}
+        return site.wind_class(cast("Edition", self.edition)), {"site": site, "inclination": site.inclination}
 
     def _at_sea(self) -> tuple[str | WindClass, dict[str, Any]]:
         """Class and site of a campaign in the sea."""
@@ -201,12 +201,12 @@ def _duration_words(cost: Cost, hours: float) -> str:
     from meltemi.core.threads import available_cores
 
     seconds, cores = 3600.0 * hours * cost.rate, available_cores()
-    processor, wall = spoken(seconds), spoken(seconds / cores)
+    processor, wall = duration_text(seconds), duration_text(seconds / cores)
     where = f", {wall} on {cores} free cores" if cores > 1 else ""
     return f"about {processor} of processor time{where} (estimate from {cost.source})"
 
 
-def spoken(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """A duration with two digits: 45 s, 3.7 min, 12 h."""
     value, unit = next(
         (seconds / size, unit)
@@ -278,14 +278,14 @@ def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     planned = _planned(base)
     folder_for(base, "load base")
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
-        found = meltemi.loads.run_base(planned, base, progress=told(bar), **options.given())
-    _show_status(found, base, planned)
+        state = meltemi.loads.run_base(planned, base, progress=progress_lines(bar), **options.given())
+    _show_status(state, base, planned)
 
 
 def _planned(base: Path) -> Plan:
-    found = meltemi.loads.plan(meltemi.loads.read_campaign(base))
-    _warn(found)
-    return found
+    planned = meltemi.loads.plan(meltemi.loads.read_campaign(base))
+    _warn(planned)
+    return planned
 
 
 def _warn(plan: Plan) -> None:
@@ -305,7 +305,7 @@ def shard_of(text: str | None) -> tuple[int, int]:
     return int(k), int(n)
 
 
-def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
+def progress_lines(bar: Callable[[float], None]) -> Callable[[Progress], None]:
     """Progress as a bar, and as lines where there is no terminal."""
     from rich.console import Console
 
@@ -315,7 +315,7 @@ def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
         bar(progress.share)
         if not terminal and monotonic() - last[0] > REPORTED and progress.seconds_left is not None:
             last[0] = monotonic()
-            left = f"{spoken(progress.seconds_left)} left"
+            left = f"{duration_text(progress.seconds_left)} left"
             say(f"{progress.done} of {progress.total} cases, {100.0 * progress.share:.0f} %, {left}")
 
     return tell
@@ -328,25 +328,25 @@ def status(base: BaseArgument) -> None:
     _show_status(meltemi.loads.base_status(planned, base), base, planned)
 
 
-def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
+def _show_status(state: BaseStatus, base: Path, plan: Plan) -> None:
     from meltemi.loads.loadbase.timing import finished_cost
 
     columns = ("cases", "ok", "doubtful", "failed", "missing", "unsupported")
-    rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in found.dlcs]
-    rows.append(["total", *(str(sum(getattr(row, name) for row in found.dlcs) or "") for name in columns)])
+    rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in state.dlcs]
+    rows.append(["total", *(str(sum(getattr(row, name) for row in state.dlcs) or "") for name in columns)])
     print_table("Load base", ["DLC", *columns[:-1], "cannot run"], rows, text_columns=1)
-    left = f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated"
-    cost = finished_cost(plan, base) if found.hours else None
-    print(f"{left}, {_duration_words(cost, found.hours)}" if cost else left)
-    suggest("loads", "run" if found.done < found.total else "report", base)
-    for name, why in list(found.problems.items())[:MOST_PROBLEMS]:
+    left = f"{state.done} of {state.total} cases done, {state.hours:.1f} h to be simulated"
+    cost = finished_cost(plan, base) if state.hours else None
+    print(f"{left}, {_duration_words(cost, state.hours)}" if cost else left)
+    suggest("loads", "run" if state.done < state.total else "report", base)
+    for name, why in list(state.problems.items())[:MOST_PROBLEMS]:
         say(f"{name}: {why}")
-    if (more := len(found.problems) - MOST_PROBLEMS) > 0:
+    if (more := len(state.problems) - MOST_PROBLEMS) > 0:
         say(f"and {more} more")
-    for file, why in found.unreadable.items():
+    for file, why in state.unreadable.items():
         say(f"{file} counts as missing: {why}")
-    if found.outdated:
-        say(f"{found.outdated} results of other inputs, such as an earlier controller, are not used")
+    if state.outdated:
+        say(f"{state.outdated} results of other inputs, such as an earlier controller, are not used")
 
 
 @loads.command()

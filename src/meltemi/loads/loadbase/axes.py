@@ -120,8 +120,8 @@ def _along(start: Point, angle: float, length: float) -> Point:
     return start[0] + length * math.sin(angle), start[1] + length * math.cos(angle)
 
 
-def _axes(at: Point, drawn: dict[str, Point], entering: str) -> list[Stroke]:
-    ends = {name: (at[0] + LENGTH * u, at[1] + LENGTH * v) for name, (u, v) in drawn.items()}
+def _axes(at: Point, directions: dict[str, Point], entering: str) -> list[Stroke]:
+    ends = {name: (at[0] + LENGTH * u, at[1] + LENGTH * v) for name, (u, v) in directions.items()}
     return [*(Stroke([at, end], "axis", name) for name, end in ends.items()), Stroke([at], "into", entering)]
 
 

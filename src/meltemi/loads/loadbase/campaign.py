@@ -189,8 +189,8 @@ class Campaign(Record):
     def defaults(self, table: LoadTable) -> Defaults:
         """Defaults of the table, with those of the campaign."""
         names = [name for name in Defaults.model_fields if name != "practice"]
-        own = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-        return table.defaults.replace(**own)
+        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return table.defaults.replace(**given)
 
     def symbols(self, table: LoadTable) -> dict[str, float]:
         """Values of the names in the table's texts."""
@@ -265,13 +265,13 @@ def make_campaign(
         data.setdefault("inclination", 0.0)
     speed = described.rated_rotor_speed
     stops = limits(described, Supervision())
-    own = {"rotor_speed": speed, "idle_pitch": described.control.pitch.maximum}
-    own |= {name: round(stops[name], 9) for name in ("normal_rate", "emergency_rate")}
+    derived = {"rotor_speed": speed, "idle_pitch": described.control.pitch.maximum}
+    derived |= {name: round(stops[name], 9) for name in ("normal_rate", "emergency_rate")}
     # everything but the rated wind speed is tested before it is computed
     middle = 0.5 * (described.cut_in + described.cut_out) if rated_wind is None else rated_wind
     if rated_wind is None and all(isinstance(data[name], int | float) for name in ("cut_in", "cut_out")):
         middle = 0.5 * (data["cut_in"] + data["cut_out"])
-    campaign = Campaign(**(own | data | {"rated_wind": middle}))
+    campaign = Campaign(**(derived | data | {"rated_wind": middle}))
     if {"cut_in", "cut_out"} & settings.keys() and isinstance(campaign.controller, SupervisedCase):
         campaign = _with_winds(campaign, described)
     campaign = campaign.replace(controller=rooted(located(campaign.controller, described), Path()))
@@ -303,9 +303,9 @@ def _ready(campaign: Campaign, turbine: Turbine) -> ControllerCase:
 def _with_winds(campaign: Campaign, turbine: Turbine) -> Campaign:
     """The campaign with a supervisor for its own cut-in and cut-out."""
     assert isinstance(campaign.controller, SupervisedCase)
-    found = limits(turbine.replace(cut_in=campaign.cut_in, cut_out=campaign.cut_out), campaign.controller.supervision)
+    winds = limits(turbine.replace(cut_in=campaign.cut_in, cut_out=campaign.cut_out), campaign.controller.supervision)
     names = "start_wind stop_wind cut_out_mean cut_out_wind cut_out_gust restart_wind".split()
-    return campaign.replace(**{f"controller.supervision.{name}": round(found[name], 6) for name in names})
+    return campaign.replace(**{f"controller.supervision.{name}": round(winds[name], 6) for name in names})
 
 
 def rated_wind_speed(model: Any, cut_in: float, cut_out: float) -> float:
@@ -323,12 +323,12 @@ def rated_wind_speed(model: Any, cut_in: float, cut_out: float) -> float:
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if power(middle * STEP) >= rated else (middle, high)
-    found = round(high * STEP, 1)
-    if not cut_in < found < cut_out - STEP:
+    rated_wind = round(high * STEP, 1)
+    if not cut_in < rated_wind < cut_out - STEP:
         raise InputError(
             f"the power of {model.turbine.name} still rises at cut-out, {cut_out:g} m/s: specify the rated wind speed"
         )
-    return found
+    return rated_wind
 
 
 def production_controller(campaign: Campaign) -> ControllerCase:

@@ -199,20 +199,20 @@ def design_loads(plan: Plan, folder: str | Path, settings: DesignSettings = STAN
 
 def without_factor(matrix: pd.DataFrame) -> pd.DataFrame:
     """Rows of extreme loads with their factor taken out; the column factor stays."""
-    found = matrix.copy()
-    if len(found):
+    unfactored = matrix.copy()
+    if len(unfactored):
         loads = [*COMPONENTS, "F_res", "M_res"]
-        found[loads] = found[loads].div(found["factor"], axis=0)
-        found["factored"] = False
-    return found
+        unfactored[loads] = unfactored[loads].div(unfactored["factor"], axis=0)
+        unfactored["factored"] = False
+    return unfactored
 
 
 def _covered(results: Results) -> float:
     """Share of the planned lifetime whose conditions have cases."""
-    there = {condition_of(case) for case in results.present}
+    present = {condition_of(case) for case in results.present}
     weights = [(case.weight.share, condition_of(case)) for case in results.plan.cases if case.weight]
     whole = sum(share for share, _ in weights)
-    return sum(share for share, condition in weights if condition in there) / whole if whole > 0.0 else nan
+    return sum(share for share, condition in weights if condition in present) / whole if whole > 0.0 else nan
 
 
 def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> Iterator[str]:
@@ -266,23 +266,23 @@ def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
 
 def _compared(design: DesignLoads) -> dict[tuple[str, str, str], tuple[float, str]]:
     """Value and case by kind, interface and load."""
-    found: dict[tuple[str, str, str], tuple[float, str]] = {}
+    loads: dict[tuple[str, str, str], tuple[float, str]] = {}
     for (interface, driver), row in design.ultimate.iterrows():
         column = driver.split()[0]
-        found["ultimate", interface, driver] = (float(row[column]), str(row["case"]))
+        loads["ultimate", interface, driver] = (float(row[column]), str(row["case"]))
     slopes = [name for name in design.fatigue.columns if isinstance(name, float)]
     for (interface, load), row in design.fatigue.groupby(["interface", "load"], sort=False)[slopes].max().iterrows():
-        found |= {("fatigue", interface, f"{load} m={slope:g}"): (float(row[slope]), "") for slope in slopes}
+        loads |= {("fatigue", interface, f"{load} m={slope:g}"): (float(row[slope]), "") for slope in slopes}
     if len(design.clearance):
         worst = design.clearance.sort_values("left").iloc[0]
-        found["clearance", "blade", "tip"] = (float(worst["left"]), str(worst["case"]))
+        loads["clearance", "blade", "tip"] = (float(worst["left"]), str(worst["case"]))
     for load in ("offset", "tilt"):
         if (f"platform_{load}", "max") in design.signals.index:
             row = design.signals.loc[(f"platform_{load}", "max")]
-            found["motion", "platform", f"{load} max"] = (float(row["value"]), str(row["case"]))
+            loads["motion", "platform", f"{load} max"] = (float(row["value"]), str(row["case"]))
     if design.energy is not None:
-        found["energy", "turbine", "year"] = (design.energy.energy, "")
-    return found
+        loads["energy", "turbine", "year"] = (design.energy.energy, "")
+    return loads
 
 
 TABLES = (
@@ -295,17 +295,17 @@ def design_tables(design: DesignLoads) -> dict[str, pd.DataFrame]:
     """All results as tables by name: the frames of ``DesignLoads``, the extrapolations, the cycles, the notes."""
     import pandas as pd
 
-    found = {name: getattr(design, name) for name in TABLES}
-    found["extrapolations"] = extrapolation_table(design)
+    tables = {name: getattr(design, name) for name in TABLES}
+    tables["extrapolations"] = extrapolation_table(design)
     cycles = []
     for channel, matrix in design.markov.items():
         for i, j in zip(*matrix.counts.nonzero(), strict=True):
             ends = (*matrix.range_edges[i : i + 2], *matrix.mean_edges[j : j + 2])
             cycles.append((channel, *ends, matrix.counts[i, j]))
     head = ["channel", "range_low", "range_high", "mean_low", "mean_high", "cycles"]
-    found["markov"] = pd.DataFrame(cycles, columns=head).set_index("channel")
-    found["notes"] = pd.DataFrame({"note": list(design.notes)})
-    return found
+    tables["markov"] = pd.DataFrame(cycles, columns=head).set_index("channel")
+    tables["notes"] = pd.DataFrame({"note": list(design.notes)})
+    return tables
 
 
 def extrapolation_table(design: DesignLoads) -> pd.DataFrame:
@@ -315,8 +315,12 @@ def extrapolation_table(design: DesignLoads) -> pd.DataFrame:
     lines = []
     for each in design.extrapolations:
         line: dict[str, object] = {"interface": each.interface, "driver": each.driver, "unit": each.unit}
-        for name, found in (("gumbel", each.gumbel), ("weibull", each.weibull)):
-            values = (nan, nan, nan) if found is None else (found.load, found.low, found.high)
+        for name, extrapolation in (("gumbel", each.gumbel), ("weibull", each.weibull)):
+            values = (
+                (nan, nan, nan)
+                if extrapolation is None
+                else (extrapolation.load, extrapolation.low, extrapolation.high)
+            )
             line |= dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
             line[f"{name} without speeds"] = ", ".join(f"{speed:g}" for speed in each.left_out[name])
         line |= {way: each.load(way) for way in WAYS[2:]} | {"largest": each.largest, "factor": each.factor}

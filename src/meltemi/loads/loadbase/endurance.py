@@ -64,17 +64,17 @@ def labels_of(interfaces: Sequence[Interface], lines: Mapping[str, str]) -> dict
       interfaces: of the turbine.
       lines: names of mooring lines by the channels of their tensions.
     """
-    found: dict[str, tuple[str, str, int]] = {channel: (line, "F", 0) for channel, line in lines.items()}
+    labels: dict[str, tuple[str, str, int]] = {channel: (line, "F", 0) for channel, line in lines.items()}
     for name, members in blade_groups(interfaces).items():
         for n, each in enumerate(members, start=1):
             blade = n if len(members) > 1 else 0
             for channel, load in zip(each.channels, COMPONENTS, strict=True):
-                found.setdefault(channel, (name, load, blade))
+                labels.setdefault(channel, (name, load, blade))
             for angle in range(30, 180, 30) if each.rose else ():
-                found.setdefault(rose_channel(each, angle), (name, f"M@{angle}", blade))
+                labels.setdefault(rose_channel(each, angle), (name, f"M@{angle}", blade))
             if name == "blade_root":
-                found |= {f"root_moment_{load}_{n}": (name, load, n) for load in ("flap", "edge")}
-    return found
+                labels |= {f"root_moment_{load}_{n}": (name, load, n) for load in ("flap", "edge")}
+    return labels
 
 
 def fatigue_loads(
@@ -183,9 +183,9 @@ def rose_fatigue(fatigue: pd.DataFrame, interfaces: Sequence[Interface], slopes:
     lines = []
     for name, members in blade_groups(each for each in interfaces if each.rose).items():
         for angle in range(0, 360, 30):
-            own = [channel for each in members if (channel := rose_channel(each, angle % 180)) in fatigue.index]
-            if own:
-                lines.append((name, angle, *fatigue.loc[own, [*slopes]].max()))
+            channels = [channel for each in members if (channel := rose_channel(each, angle % 180)) in fatigue.index]
+            if channels:
+                lines.append((name, angle, *fatigue.loc[channels, [*slopes]].max()))
     return pd.DataFrame(lines, columns=["interface", "angle", *slopes]).set_index(["interface", "angle"])
 
 
@@ -202,21 +202,21 @@ def energy_of(results: Results, extremes: Extremes, availability: float) -> tupl
             strata.setdefault((case.variant.speed, case.variant.yaw or 0.0), []).append(i)
     if not strata:
         return None, pd.DataFrame(columns=head).set_index("speed")
-    shares = {results.present[i].variant.speed: 0.0 for own in strata.values() for i in own[:1]}
-    yaw = {key: results.present[own[0]].weight.yaw_share for key, own in strata.items()}  # type: ignore[union-attr]
+    shares = {results.present[i].variant.speed: 0.0 for members in strata.values() for i in members[:1]}
+    yaw = {key: results.present[members[0]].weight.yaw_share for key, members in strata.items()}  # type: ignore[union-attr]
     for (speed, _), share in yaw.items():
         shares[speed] += share
     of_speed = dict(zip(planned, speed_shares(results.plan.campaign, planned), strict=True))
     power = extremes.values("generator_power", "mean")
-    samples = [power[own] for own in strata.values()]
+    samples = [power[members] for members in strata.values()]
     weights = [of_speed[speed] * yaw[speed, error] / shares[speed] for speed, error in strata]
     total = annual_energy(samples, weights, availability=availability)
     lines = []
     for speed in sorted(shares):
-        own = [k for k, key in enumerate(strata) if key[0] == speed]
-        part = annual_energy([samples[k] for k in own], [weights[k] for k in own], availability=availability)
+        members = [k for k, key in enumerate(strata) if key[0] == speed]
+        part = annual_energy([samples[k] for k in members], [weights[k] for k in members], availability=availability)
         seconds = YEAR * availability * of_speed[speed]
-        runs = sum(len(samples[k]) for k in own)
+        runs = sum(len(samples[k]) for k in members)
         mean, half = (part.energy / seconds, part.half_width / seconds) if seconds > 0.0 else (np.nan, np.nan)
         lines.append((speed, mean, half, runs, of_speed[speed], part.energy))
     return total, pd.DataFrame(lines, columns=head).set_index("speed")
@@ -238,12 +238,12 @@ def stops_of(results: Results) -> pd.DataFrame:
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
     frame = results.table("cases")
-    found: dict[str, float] = {}
+    stops: dict[str, float] = {}
     for case in results.present:
         if case.weight:
             number = float(frame.at[case.name, "stops"]) * repetitions[case.name] / years
-            found[case.row] = found.get(case.row, 0.0) + number
-    return pd.DataFrame({"stops": found}).rename_axis("row")
+            stops[case.row] = stops.get(case.row, 0.0) + number
+    return pd.DataFrame({"stops": stops}).rename_axis("row")
 
 
 def duties_of(results: Results) -> pd.DataFrame:
@@ -253,18 +253,18 @@ def duties_of(results: Results) -> pd.DataFrame:
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
     frame = results.table("duties")
     lines = {}
-    for drive, own in frame.groupby("drive", sort=False) if len(frame) else ():
-        w = own["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float) / years
+    for drive, cases in frame.groupby("drive", sort=False) if len(frame) else ():
+        w = cases["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float) / years
         sums = {
-            name: float(w @ own[name].to_numpy(float)) for name in ("travel", "moving", "starts", "reversals", "time")
+            name: float(w @ cases[name].to_numpy(float)) for name in ("travel", "moving", "starts", "reversals", "time")
         }
-        worst = own["largest_rate"].idxmax()
+        worst = cases["largest_rate"].idxmax()
         time = sums.pop("time")
-        square = float(w @ (own["time"] * own["rms_rate"] ** 2).to_numpy(float))
+        square = float(w @ (cases["time"] * cases["rms_rate"] ** 2).to_numpy(float))
         lines[drive] = sums | {
             "rms_rate": np.sqrt(square / time) if time > 0.0 else np.nan,
-            "largest_rate": own.at[worst, "largest_rate"],
-            "case": str(own.at[worst, "case"]),
+            "largest_rate": cases.at[worst, "largest_rate"],
+            "case": str(cases.at[worst, "case"]),
             "moving_share": sums["moving"] / time if time > 0.0 else np.nan,
         }
     head = "travel moving starts reversals rms_rate largest_rate case moving_share".split()
@@ -281,21 +281,21 @@ def durations_of(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     repetitions = shared_repetitions(results)
     frame = results.table("durations")
     parts, loads = [], {}
-    for load, own in frame.groupby("load", sort=False) if len(frame) else ():
-        w = own["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float)
-        own = own[w > 0.0]
-        if not len(own):
+    for load, cases in frame.groupby("load", sort=False) if len(frame) else ():
+        w = cases["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float)
+        cases = cases[w > 0.0]
+        if not len(cases):
             continue
         w = w[w > 0.0]
-        low, high = own["low"].to_numpy(float), own["high"].to_numpy(float)
+        low, high = cases["low"].to_numpy(float), cases["high"].to_numpy(float)
         small = max(-low.min(), high.max()) / 2.0**OCTAVES
         about = (np.abs(low) <= small * (1.0 + 1e-9)) & (np.abs(high) <= small * (1.0 + 1e-9))
         levels = pd.DataFrame(
             {
                 "low": np.where(about, -small, low),
                 "high": np.where(about, small, high),
-                "time": w * own["time"].to_numpy(float),
-                "revolutions": w * own["revolutions"].to_numpy(float),
+                "time": w * cases["time"].to_numpy(float),
+                "revolutions": w * cases["revolutions"].to_numpy(float),
             }
         )
         levels = levels.groupby(["low", "high"], as_index=False).sum()

@@ -23,9 +23,9 @@ from meltemi.core.shown import Shown
 from meltemi.core.threads import available_cores
 from meltemi.loadcases.batch import Batch
 from meltemi.loadcases.store import Outcome
-from meltemi.loads.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
+from meltemi.loads.loadbase.jobs import CaseRow, Job, Workshop, check_key, jobs_of
 from meltemi.loads.loadbase.plan import Plan
-from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.store import ResultStore
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
@@ -43,7 +43,7 @@ LOCAL = "local"
 AHEAD = 2
 """Groups a worker of a cluster is given before it has finished the first."""
 
-Finished = Callable[[Sequence[Row]], None]
+Finished = Callable[[Sequence[CaseRow]], None]
 
 
 class Backend(Protocol):
@@ -178,7 +178,7 @@ class BaseRun(Execution):
 
 
 @arguments_of(BaseRun)
-def run_base(asked: BaseRun) -> BaseStatus:
+def run_base(run: BaseRun) -> BaseStatus:
     """Run the cases of a load base that are missing; the arguments are the fields of :class:`BaseRun`.
 
     Returns:
@@ -188,34 +188,34 @@ def run_base(asked: BaseRun) -> BaseStatus:
       InputError: ``shard`` or ``device`` is not valid, a file cannot be read or written, or Dask is not installed.
       KeyboardInterrupt: Ctrl-C; what was finished is kept.
     """
-    jobs, store = jobs_of(asked.plan), Store(asked.folder)
-    run_jobs(jobs, store, asked)
-    return status_of(asked.plan, jobs, store)
+    jobs, store = jobs_of(run.plan), ResultStore(run.folder)
+    run_jobs(jobs, store, run)
+    return status_of(run.plan, jobs, store)
 
 
-def run_jobs(jobs: Sequence[Job], store: Store, how: Execution) -> None:
+def run_jobs(jobs: Sequence[Job], store: ResultStore, how: Execution) -> None:
     """Run the jobs whose results are missing in a store; errors as for :func:`run_base`."""
     store.tidy()
     k, n = how.shard
-    own = list({job.key: job for job in jobs[k - 1 :: n]}.values())
-    count = _Count(own, how.progress)
+    selected = list({job.key: job for job in jobs[k - 1 :: n]}.values())
+    count = _Count(selected, how.progress)
 
     def missing(job: Job) -> bool:
         place = store.places.get(job.key)
         return place is None or (how.retry and not place.status.complete and job.key not in count.keys)
 
     def groups() -> Iterator[list[Job]]:
-        for group in grouped([job for job in own if missing(job)]):
+        for group in grouped([job for job in selected if missing(job)]):
             store.refresh()
             if left := [job for job in group if missing(job)]:
                 yield left
             count.keys |= {job.key for job in group} - {job.key for job in left}
 
-    def finished(rows: Sequence[Row]) -> None:
+    def finished(rows: Sequence[CaseRow]) -> None:
         store.write(rows)
         count.add({row.key for row in rows})
 
-    count.begin({job.key for job in own if not missing(job)})
+    count.begin({job.key for job in selected if not missing(job)})
     threads = OnThreads(how.workers, how.device, lambda seconds: count.add(set(), seconds))
     backend: Backend = threads if how.dask is None else OnDask(how.dask)
     backend(groups(), finished)
@@ -225,13 +225,13 @@ def run_jobs(jobs: Sequence[Job], store: Store, how: Execution) -> None:
 def grouped(jobs: Sequence[Job]) -> list[list[Job]]:
     """Groups of consecutive jobs, in random order."""
     size = max(GROUP, sum(job.seconds for job in jobs) / MOST_GROUPS)
-    found: list[list[Job]] = [[]]
+    groups: list[list[Job]] = [[]]
     for job in jobs:
-        found[-1].append(job)
-        if sum(each.seconds for each in found[-1]) >= size:
-            found.append([])
-    random.shuffle(found)
-    return [group for group in found if group]
+        groups[-1].append(job)
+        if sum(each.seconds for each in groups[-1]) >= size:
+            groups.append([])
+    random.shuffle(groups)
+    return [group for group in groups if group]
 
 
 class _Count:
@@ -283,7 +283,7 @@ class OnThreads:
         Raises:
           KeyboardInterrupt: Ctrl-C, after the rows of the finished cases were handed over.
         """
-        shop, rows, jobs, kept = Workshop(), list[Row](), dict[str, Job](), perf_counter()
+        shop, rows, jobs, kept = Workshop(), list[CaseRow](), dict[str, Job](), perf_counter()
 
         def runs() -> Iterator[Run]:
             for group in groups:
@@ -292,7 +292,7 @@ class OnThreads:
                         run = shop.run(job)
                     except Exception as error:  # of one case
                         words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
-                        rows.append(Row(job.name, job.key, Status.FAILED, words))
+                        rows.append(CaseRow(job.name, job.key, Status.FAILED, words))
                         continue
                     jobs[job.name] = job
                     yield run
@@ -300,7 +300,7 @@ class OnThreads:
         def done(outcome: Outcome) -> None:
             job = jobs.pop(outcome.name)
             if outcome.status is not Status.INTERRUPTED:
-                rows.append(outcome.value or Row(job.name, job.key, outcome.status, outcome.message))
+                rows.append(outcome.value or CaseRow(job.name, job.key, outcome.status, outcome.message))
             together = sum(row.simulated for row in rows)
             if together >= GROUP or perf_counter() - kept >= KEPT:
                 hand_over()
@@ -309,8 +309,8 @@ class OnThreads:
 
         def hand_over() -> None:
             nonlocal kept
-            if taken := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
-                finished(taken)
+            if finished_rows := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
+                finished(finished_rows)
             kept = perf_counter()
 
         batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done, device=self.device)
@@ -367,7 +367,7 @@ class OnDask:
             raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
 
 
-def compute(jobs: Sequence[Job]) -> list[Row]:
+def compute(jobs: Sequence[Job]) -> list[CaseRow]:
     """Rows of jobs, one after the other: what a worker of a cluster does.
 
     Raises:
@@ -376,7 +376,7 @@ def compute(jobs: Sequence[Job]) -> list[Row]:
     known: dict[str, str] = {}
     for job in jobs:
         check_key(job, known)
-    rows: list[Row] = []
+    rows: list[CaseRow] = []
     OnThreads(workers=1)([jobs], rows.extend)
     return rows
 
@@ -387,10 +387,10 @@ def base_status(plan: Plan, folder: str | Path) -> BaseStatus:
     Raises:
       InputError: the turbine or a file of the controller cannot be read.
     """
-    return status_of(plan, jobs_of(plan), Store(folder))
+    return status_of(plan, jobs_of(plan), ResultStore(folder))
 
 
-def status_of(plan: Plan, jobs: Sequence[Job], store: Store) -> BaseStatus:
+def status_of(plan: Plan, jobs: Sequence[Job], store: ResultStore) -> BaseStatus:
     """What is there of the jobs of a plan."""
     keys = {job.name: job.key for job in jobs}
     counts: dict[str, Counter[str]] = {}
@@ -432,7 +432,7 @@ def base_table(
     keys: dict[str, list[str]] = {}
     for job in jobs_of(plan):
         keys.setdefault(job.key, []).append(job.name)
-    return Store(folder).table(keys, what, channels)
+    return ResultStore(folder).table(keys, what, channels)
 
 
 def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = None) -> Result:
@@ -450,14 +450,14 @@ def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = 
     if case.unsupported:
         raise InputError(f"{name} cannot run yet: {case.unsupported}")
     job = next(job for job in jobs_of(plan) if job.name == name)
-    found: list[Result] = []
-    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1, progress=progress)
+    results: list[Result] = []
+    batch = Batch([Workshop(hashed=True).run(job)], reduce=results.append, workers=1, progress=progress)
     outcomes = batch.run()
     if batch.interrupted:
         raise KeyboardInterrupt
-    if not found:
+    if not results:
         raise InputError(f"{name}: {outcomes[0].message}")
-    return found[0]
+    return results[0]
 
 
 def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> bool | None:

@@ -14,7 +14,7 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import validated
-from meltemi.loads.loadbase.table import Fault, LoadTable, Row, load_table
+from meltemi.loads.loadbase.table import Fault, LoadCaseRow, LoadTable, load_table
 from meltemi.reports.workbook import openpyxl, save_workbook
 
 LARGEST = 20_000_000
@@ -35,7 +35,7 @@ def write_excel(table: LoadTable, path: str | Path) -> Path:
     """
     path, book = Path(path), openpyxl().Workbook()
     book.remove(book.active)
-    for name, kind, records in (("cases", Row, table.rows), ("faults", Fault, table.faults)):
+    for name, kind, records in (("cases", LoadCaseRow, table.rows), ("faults", Fault, table.faults)):
         head = ["name", *kind.model_fields]
         lines = [[each, *(_cell(getattr(record, key)) for key in head[1:])] for each, record in records.items()]
         _sheet(book, name, head, lines, {key: kind.model_fields[key].description or "" for key in head[1:]})
@@ -78,13 +78,13 @@ def _cell(value: Any) -> Any:
 
 def _values(table: LoadTable) -> list[tuple[str, str, Any]]:
     """Values outside rows and faults: part, key, value."""
-    found: list[tuple[str, str, Any]] = []
+    values: list[tuple[str, str, Any]] = []
     for part in PARTS:
         record = getattr(table, part)
         named = record if isinstance(record, dict) else {"": record}
         for name, each in named.items():
-            found += [(f"{part}.{name}".rstrip("."), key, value) for key, value in each.content().items()]
-    return found
+            values += [(f"{part}.{name}".rstrip("."), key, value) for key, value in each.content().items()]
+    return values
 
 
 def read_excel(path: str | Path, edition: int | str) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def read_excel(path: str | Path, edition: int | str) -> dict[str, Any]:
         if name not in sheets:
             raise InputError(f"{path}: no sheet {name!r}; {did_you_mean(name, sheets)}")
     data: dict[str, Any] = {"edition": base.edition, "title": base.title, "source": base.source}
-    data["rows"] = _named(sheets["cases"], Row, f"{path}: sheet cases")
+    data["rows"] = _named(sheets["cases"], LoadCaseRow, f"{path}: sheet cases")
     data["faults"] = _named(sheets["faults"], Fault, f"{path}: sheet faults")
     for line, (part, key, value) in enumerate(_table(sheets["values"], HEAD, f"{path}: sheet values"), start=2):
         keys = str(part).split(".", 1)
@@ -160,16 +160,16 @@ def _table(rows: list[tuple[Any, ...]], head: tuple[str, ...], where: str) -> li
 def _named(rows: list[tuple[Any, ...]], kind: type[Record], where: str) -> dict[str, dict[str, Any]]:
     """Records by name, as plain data."""
     head = ("name", *kind.model_fields)
-    found: dict[str, dict[str, Any]] = {}
+    records: dict[str, dict[str, Any]] = {}
     for line, (name, *values) in enumerate(_table(rows, head, where), start=2):
         if name is None:
             raise InputError(f"{where}, row {line}: name: missing")
         name = f"{name:.12g}" if isinstance(name, float) else str(name).strip()
-        if name in found:
+        if name in records:
             raise InputError(f"{where}, row {line}: two rows have the name {name!r}")
         given = zip(head[1:], values, strict=True)
-        found[name] = {key: _parsed(value, key) for key, value in given if value is not None}
-    return found
+        records[name] = {key: _parsed(value, key) for key, value in given if value is not None}
+    return records
 
 
 def _parsed(value: Any, key: str) -> Any:
@@ -186,18 +186,18 @@ def _parsed(value: Any, key: str) -> Any:
 
 def differences(base: LoadTable, table: LoadTable) -> dict[str, Any]:
     """Changes that turn one table into another one, as in a file of changes."""
-    found: dict[str, Any] = {}
+    differing: dict[str, Any] = {}
     if gone := [name for name in base.rows if name not in table.rows]:
-        found["without"] = gone
+        differing["without"] = gone
     for part in ("rows", "faults", "states"):
         before, after = getattr(base, part), getattr(table, part)
         changes = {name: _changes(before.get(name), record) for name, record in after.items()}
         if changes := {name: change for name, change in changes.items() if change}:
-            found[part] = changes
+            differing[part] = changes
     for part in ("defaults", "factors", "extrapolation"):
         if change := _changes(getattr(base, part), getattr(table, part)):
-            found[part] = change
-    return found
+            differing[part] = change
+    return differing
 
 
 def _changes(before: Record | None, after: Record) -> dict[str, Any]:

@@ -51,28 +51,28 @@ class Interface:
 
 def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
     """All interfaces of a turbine, from the blades to the tower base."""
-    found = []
+    interfaces = []
     for b in range(1, turbine.n_blades + 1):
         names = (*SIX[:3], "moment_in_plane", "moment_out_of_plane", "moment_torsion")
         root = tuple(f"root_{name}_{b}" for name in names)
-        found.append(Interface(f"blade_root_{b}", root, rose=True, speed=f"pitch_rate_{b}"))
+        interfaces.append(Interface(f"blade_root_{b}", root, rose=True, speed=f"pitch_rate_{b}"))
         for n in range(1, len(BLADE_STATIONS) + 1):
-            found.append(Interface(f"blade_station_{n}_{b}", tuple(f"station_{n}_{name}_{b}" for name in SIX)))
+            interfaces.append(Interface(f"blade_station_{n}_{b}", tuple(f"station_{n}_{name}_{b}" for name in SIX)))
     thrust, torque = ("rotor_thrust",), ("rotor_torque",)
     fixed = (*thrust, "shaft_force_y", "shaft_force_z", *torque, "shaft_tilt_moment", "shaft_yaw_moment")
     turning = (*thrust, "shaft_rotating_force_y", "shaft_rotating_force_z", *torque, "shaft_moment_y", "shaft_moment_z")
-    found.append(Interface("hub_fixed", fixed, "yz", speed="rotor_speed"))
-    found.append(Interface("hub_rotating", turning, "yz"))
-    found.append(Interface("yaw_bearing", tuple(f"yaw_{name}" for name in SIX)))
+    interfaces.append(Interface("hub_fixed", fixed, "yz", speed="rotor_speed"))
+    interfaces.append(Interface("hub_rotating", turning, "yz"))
+    interfaces.append(Interface("yaw_bearing", tuple(f"yaw_{name}" for name in SIX)))
     for n in range(1, len(TOWER_STATIONS) + 1):
-        found.append(Interface(f"tower_station_{n}", tuple(f"tower_station_{n}_{name}" for name in SIX)))
+        interfaces.append(Interface(f"tower_station_{n}", tuple(f"tower_station_{n}_{name}" for name in SIX)))
     base = (*SIX[:3], "moment_side_side", "moment_fore_aft", "moment_torsion")
-    found.append(Interface("tower_base", tuple(f"tower_base_{name}" for name in base), rose=True))
+    interfaces.append(Interface("tower_base", tuple(f"tower_base_{name}" for name in base), rose=True))
     if turbine.support is not None:
         for n in range(1, len(turbine.support.load_stations) + 1):
-            found.append(Interface(f"pile_station_{n}", tuple(f"pile_station_{n}_{name}" for name in SIX)))
-        found.append(Interface("mudline", tuple(f"mudline_reaction_{name}" for name in SIX), rose=True))
-    return tuple(found)
+            interfaces.append(Interface(f"pile_station_{n}", tuple(f"pile_station_{n}_{name}" for name in SIX)))
+        interfaces.append(Interface("mudline", tuple(f"mudline_reaction_{name}" for name in SIX), rose=True))
+    return tuple(interfaces)
 
 
 def tensions(turbine: Turbine) -> dict[str, str]:

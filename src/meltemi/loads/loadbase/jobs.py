@@ -79,7 +79,7 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Row:
+class CaseRow:
     """What is kept of a case.
 
     Attributes:
@@ -111,12 +111,12 @@ def jobs_of(plan: Plan) -> list[Job]:
       InputError: the turbine or a file of the controller cannot be read.
     """
     known: dict[str, str] = {}
-    found = []
+    jobs = []
     for case in plan.cases:
         if not case.unsupported:
             content, cycles = case.content, case.type == "fatigue"
-            found.append(Job(case.name, case_key(content, cycles, known), content, cycles))
-    return found
+            jobs.append(Job(case.name, case_key(content, cycles, known), content, cycles))
+    return jobs
 
 
 def case_key(
@@ -143,8 +143,8 @@ def case_key(
     controlled = controller["kind"] != "fixed"
     if controller["kind"] in WITH_FILES:
         controller = hashed(specification(controller), once)
-    own = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
-    given = [*code_identity(), REDUCTION, cycles, content | {"turbine": own, "controller": controller}]
+    turbine_hash = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
+    given = [*code_identity(), REDUCTION, cycles, content | {"turbine": turbine_hash, "controller": controller}]
     given += [{"equivalent": slopes}] if slopes else []
     return hashlib.sha256(json.dumps(given, sort_keys=True).encode()).hexdigest()[:24]
 
@@ -204,9 +204,9 @@ class Workshop:
 
         model = _once(self.models, group, built)
         blade, tower = stations(model.turbine)
-        own: dict[str, Any] = {"blade_stations": blade, "tower_stations": tower}
-        own["channels"] = recorded(model.turbine, interfaces_of(model.turbine))
-        case = validated(content | ({} if job.slopes else own), LoadCase, job.name)
+        recording: dict[str, Any] = {"blade_stations": blade, "tower_stations": tower}
+        recording["channels"] = recorded(model.turbine, interfaces_of(model.turbine))
+        case = validated(content | ({} if job.slopes else recording), LoadCase, job.name)
         law = json.dumps([group, content["controller"], content.get("start")], sort_keys=True)
         controller = _once(self.controllers, law, lambda: case_controller(case, model, Path()))
         run = case_run(case, model.turbine, Path(), model=model, controller=controller)
@@ -219,15 +219,15 @@ class Workshop:
 
     def _wind(self, job: Job, run: Run, turbine: Turbine) -> Wind:
         began, wind = thread_time(), cast("AnyWind", run.wind)
-        found = realised(wind, turbine, job.seconds)
+        field = realised(wind, turbine, job.seconds)
         if isinstance(wind, TurbulentWind):
-            self.first[job.name] = first_wind(found, steady_wind(wind, turbine.hub_height), run.start, turbine)
-        if isinstance(found, WindBox) and not self.hashed:
-            found = CaseField(**{each.name: getattr(found, each.name) for each in fields(found)}, key=job.key)
+            self.first[job.name] = first_wind(field, steady_wind(wind, turbine.hub_height), run.start, turbine)
+        if isinstance(field, WindBox) and not self.hashed:
+            field = CaseField(**{each.name: getattr(field, each.name) for each in fields(field)}, key=job.key)
         self.begun[job.name] = (job, turbine, began, thread_time() - began)
-        return found
+        return field
 
-    def row(self, result: Result) -> Row:
+    def row(self, result: Result) -> CaseRow:
         """The row of a result, in the thread that simulated it."""
         job, turbine, began, wind = self.begun.pop(str(result.meta["case"]))
         ended, kept = thread_time(), None
@@ -240,7 +240,7 @@ class Workshop:
         times = (wind, ended - began - wind, thread_time() - ended)
         stop = "" if "events" in job.content else unplanned_stop(result.log)
         warnings = (*result.warnings, *filter(None, [stop]))
-        return Row(job.name, job.key, result.status, result.message, warnings, simulated, *times, reduced=kept)
+        return CaseRow(job.name, job.key, result.status, result.message, warnings, simulated, *times, reduced=kept)
 
 
 def _once(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
@@ -276,8 +276,8 @@ def first_wind(wind: Wind, mean: SteadyWind, start: Any, turbine: Turbine) -> St
 
 def begin_of(wind: SteadyWind, model: BladedModel, start: Any) -> Any:
     """The start in a wind, computed once for all cases that share it."""
-    found, words = initial_state(model, wind, start)
-    return found if isinstance(found, OperatingPoint) and words == found.warnings else start
+    point, words = initial_state(model, wind, start)
+    return point if isinstance(point, OperatingPoint) and words == point.warnings else start
 
 
 def check_key(job: Job, known: dict[str, str]) -> None:

@@ -200,14 +200,14 @@ class Metocean(Record):
         at = {name: {"mean": 0.0, "low": lowest, "high": highest}[name] for name in levels}
         # levels by value, under the first name: "low" and "high" are the same where the site has no tide
         distinct = dict.fromkeys(at.values())
-        found = []
+        seas_of_row = []
         for misalignment in misalignments:
             for level in distinct:
                 parts = [f"m{misalignment:.6g}" if len(misalignments) > 1 else ""]
                 parts.append(next(name for name, value in at.items() if value == level) if len(distinct) > 1 else "")
                 name = "-".join(filter(None, parts))
-                found.append(Waves(height, period, misalignment, 1.0, level, current, name))
-        return found
+                seas_of_row.append(Waves(height, period, misalignment, 1.0, level, current, name))
+        return seas_of_row
 
     def _joint(self, speed: float, low: float, high: float) -> list[Waves]:
         if self.scatter is None:

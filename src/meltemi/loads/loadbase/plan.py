@@ -24,7 +24,7 @@ from meltemi.loads.loadbase.campaign import Campaign
 from meltemi.loads.loadbase.metocean import Waves
 from meltemi.loads.loadbase.ranges import counts, numbers
 from meltemi.loads.loadbase.situations import Setting, Variant, case_content, missing, timed
-from meltemi.loads.loadbase.table import Fault, LoadTable, Row, names_in
+from meltemi.loads.loadbase.table import Fault, LoadCaseRow, LoadTable, names_in
 from meltemi.loads.loadbase.weights import HOURS, edges, time_share
 from meltemi.loads.loadbase.wording import in_words
 
@@ -192,37 +192,37 @@ class Plan(Shown):
 
     def summary(self) -> list[RowSummary]:
         """The rows of the table with their number of cases."""
-        found = []
+        rows = []
         for name, row in self.table.rows.items():
-            own = [c for c in self.cases if c.row == name]
-            factors = sorted({c.factor for c in own})
-            found.append(
+            cases = [c for c in self.cases if c.row == name]
+            factors = sorted({c.factor for c in cases})
+            rows.append(
                 RowSummary(
                     name,
                     self.table.dlc(name),
                     row.situation,
-                    ", ".join(dict.fromkeys(_wind_words(c) for c in own)),
-                    len(own),
-                    sum(c.duration + c.transient for c in own) / 3600.0,
+                    ", ".join(dict.fromkeys(_wind_words(c) for c in cases)),
+                    len(cases),
+                    sum(c.duration + c.transient for c in cases) / 3600.0,
                     row.type,
                     " to ".join(f"{f:g}" for f in dict.fromkeys((factors[0], factors[-1]))) if factors else "",
-                    sum(bool(c.unsupported) for c in own),
+                    sum(bool(c.unsupported) for c in cases),
                 )
             )
-        return found
+        return rows
 
     def missing(self) -> dict[str, list[str]]:
         """What the simulation lacks, with the rows that need it."""
-        found: dict[str, list[str]] = {}
+        rows: dict[str, list[str]] = {}
         for c in self.cases:
-            if c.unsupported and c.row not in found.setdefault(c.unsupported, []):
-                found[c.unsupported].append(c.row)
-        return found
+            if c.unsupported and c.row not in rows.setdefault(c.unsupported, []):
+                rows[c.unsupported].append(c.row)
+        return rows
 
     def assumptions(self) -> list[tuple[str, str, str]]:
         """Values that come from practice, in words: part or row, quantity, value with unit."""
-        own: list[tuple[str, Record, str]] = [("campaign", self.campaign, key) for key in PRACTICE]
-        return [(part, *in_words(record, key)) for part, record, key in (*self.table.assumptions(), *own)]
+        of_campaign: list[tuple[str, Record, str]] = [("campaign", self.campaign, key) for key in PRACTICE]
+        return [(part, *in_words(record, key)) for part, record, key in (*self.table.assumptions(), *of_campaign)]
 
     def frame(self) -> pd.DataFrame:
         """One row a case, as in ``plan.csv``."""
@@ -240,25 +240,25 @@ def plan(campaign: Campaign) -> Plan:
         errors, two cases of one name, more than two million cases; or the first case of a row is not a valid case.
     """
     table = campaign.table()
-    found: list[PlannedCase] = []
+    cases: list[PlannedCase] = []
     for name in table.rows:
         try:
-            own = list(_cases(name, campaign, table))
+            of_row = list(_cases(name, campaign, table))
         except ValueError as error:
             raise InputError(f"rows.{name}: {error}") from None
-        if not own:
+        if not of_row:
             raise InputError(f"rows.{name}: it has no cases")
-        found += own
-        if len(found) > MOST:
+        cases += of_row
+        if len(cases) > MOST:
             raise InputError(f"rows.{name}: the plan has more than {MOST} cases")
-        for first in {(c.variant.model, c.variant.fault): c for c in reversed(own) if not c.unsupported}.values():
+        for first in {(c.variant.model, c.variant.fault): c for c in reversed(of_row) if not c.unsupported}.values():
             first.case()
-    seen: set[str] = set()
-    for case in found:
-        if case.name in seen:
+    names: set[str] = set()
+    for case in cases:
+        if case.name in names:
             raise InputError(f"rows.{case.row}: two cases have the name {case.name}")
-        seen.add(case.name)
-    return Plan(campaign, table, tuple(found))
+        names.add(case.name)
+    return Plan(campaign, table, tuple(cases))
 
 
 def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedCase]:
@@ -316,7 +316,7 @@ def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedC
 
 
 def _seas(
-    row: Row, campaign: Campaign, speed: float, ends: list[float], values: dict[str, float]
+    row: LoadCaseRow, campaign: Campaign, speed: float, ends: list[float], values: dict[str, float]
 ) -> Sequence[Waves | None]:
     """Seas of a row at a wind speed; in a quick plan the most frequent one."""
     site = campaign.metocean
@@ -326,11 +326,11 @@ def _seas(
         return [Waves(0.0, 0.0)]  # cases that cannot run
     turned = [0.0] if row.misalignment is None else list(numbers(row.misalignment, values))
     levels: list[Any] = names_in(row.levels) or ["mean"]
-    found = site.waves(row.sea, speed, ends[0], ends[1], turned, levels)
+    seas = site.waves(row.sea, speed, ends[0], ends[1], turned, levels)
     return (
-        [replace(max(found, key=lambda each: (each.share, each.level, -abs(each.misalignment))), share=1.0)]
+        [replace(max(seas, key=lambda each: (each.share, each.level, -abs(each.misalignment))), share=1.0)]
         if campaign.quick
-        else found
+        else seas
     )
 
 
@@ -351,7 +351,7 @@ def _some_speeds(speeds: Sequence[float], rated: float) -> list[float]:
     return [speeds[0], nearest, speeds[-1]]
 
 
-def _yaw_shares(row: Row, n: int, values: dict[str, float]) -> list[float]:
+def _yaw_shares(row: LoadCaseRow, n: int, values: dict[str, float]) -> list[float]:
     if row.yaw_weights is None:
         return [1.0 / n] * n
     shares = numbers(row.yaw_weights, values, once=False)
@@ -362,20 +362,20 @@ def _yaw_shares(row: Row, n: int, values: dict[str, float]) -> list[float]:
     return list(shares)
 
 
-def _occurrences(row: Row, speeds: Sequence[float], values: dict[str, float]) -> dict[float, float]:
+def _occurrences(row: LoadCaseRow, speeds: Sequence[float], values: dict[str, float]) -> dict[float, float]:
     """Occurrences [1/year] by speed."""
     if row.occurrences is None:
         return {}
-    found = numbers(row.occurrences, values, once=False)
-    if len(found) == 1:
-        found = found * len(speeds)
-    if len(found) != len(speeds):
-        raise ValueError(f"occurrences: {len(found)} for {len(speeds)} speeds ({row.speeds})")
-    return {round(speed, 9): number for speed, number in zip(speeds, found, strict=True)}
+    yearly = numbers(row.occurrences, values, once=False)
+    if len(yearly) == 1:
+        yearly = yearly * len(speeds)
+    if len(yearly) != len(speeds):
+        raise ValueError(f"occurrences: {len(yearly)} for {len(speeds)} speeds ({row.speeds})")
+    return {round(speed, 9): number for speed, number in zip(speeds, yearly, strict=True)}
 
 
 def _weight(
-    row: Row, table: LoadTable, campaign: Campaign, ends: list[float], yaw: float, runs: int, yearly: float
+    row: LoadCaseRow, table: LoadTable, campaign: Campaign, ends: list[float], yaw: float, runs: int, yearly: float
 ) -> Weight:
     assert row.duration is not None
     low, high = ends
@@ -388,7 +388,7 @@ def _weight(
 
 def _planned(
     name: str,
-    row: Row,
+    row: LoadCaseRow,
     v: Variant,
     steady: bool,
     weight: Weight | None,
@@ -432,7 +432,7 @@ def seed_of(name: str, realisation: int = 1) -> int:
     return int.from_bytes(hashlib.sha256(f"{realisation} {name}".encode()).digest()[:6], "big")
 
 
-def _factor(row: Row, fault: Fault | None) -> float:
+def _factor(row: LoadCaseRow, fault: Fault | None) -> float:
     """Partial safety factor; that of rare faults is lower."""
     if row.factor_rare is None or fault is None or fault.return_period is None:
         return row.factor

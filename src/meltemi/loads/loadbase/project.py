@@ -47,9 +47,9 @@ class Project(Record):
     @property
     def facts(self) -> list[tuple[str, str]]:
         """Names and values, without what is not given."""
-        found = {name: str(getattr(self, name)) for name in type(self).model_fields}
-        found["date"] = found["date"] or f"{datetime.date.today():%Y-%m-%d}"
-        return [(name, value) for name, value in found.items() if value]
+        values = {name: str(getattr(self, name)) for name in type(self).model_fields}
+        values["date"] = values["date"] or f"{datetime.date.today():%Y-%m-%d}"
+        return [(name, value) for name, value in values.items() if value]
 
     @property
     def running(self) -> str:

@@ -30,12 +30,12 @@ def numbers(text: str, values: Mapping[str, float], *, once: bool = True) -> tup
     Raises:
       ValueError: it cannot be read, or describes a range that does not ascend.
     """
-    found: list[float] = []
+    result: list[float] = []
     for item in _items(_tokens(text), text):
         for value in _item(item, text, values):
-            if not once or not any(abs(value - other) <= 1e-9 * max(1.0, abs(value)) for other in found):
-                found.append(value)
-    return tuple(found)
+            if not once or not any(abs(value - other) <= 1e-9 * max(1.0, abs(value)) for other in result):
+                result.append(value)
+    return tuple(result)
 
 
 def _tokens(text: str) -> list[str]:
@@ -114,10 +114,10 @@ def counts(text: str, values: Mapping[str, float]) -> list[tuple[float, int]]:
     Raises:
       ValueError: it cannot be read.
     """
-    found: list[tuple[float, int]] = []
+    rules: list[tuple[float, int]] = []
     for part in str(text).split(","):
         number, *rest = part.split(" from ")
-        if not number.strip().isdigit() or not 1 <= int(number) <= MOST or len(rest) > 1 or (not rest) == bool(found):
+        if not number.strip().isdigit() or not 1 <= int(number) <= MOST or len(rest) > 1 or (not rest) == bool(rules):
             raise ValueError(f"{text!r}: expected numbers of seeds such as '6' or '6, 15 from V_r - 2'")
-        found.append((_one(_tokens(rest[0]), rest[0], values)[0] if rest else -math.inf, int(number)))
-    return found
+        rules.append((_one(_tokens(rest[0]), rest[0], values)[0] if rest else -math.inf, int(number)))
+    return rules

@@ -82,7 +82,7 @@ def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: flo
         _statistics(series.values()),
         {each.name: _extremes(part.time, series, each) for each in interfaces},
         {name: large_cycles(series[name]) for name in loads} if cycles else {},
-        dict(found for each in interfaces if each.speed for found in _durations(part, series, each)),
+        dict(entry for each in interfaces if each.speed for entry in _durations(part, series, each)),
         {name: actuator_duty(series[name], dt=_step(part), threshold=MOVING) for name in series if _drive(name)},
         count_stops(series["rotor_speed"], on=ON * rated_speed, off=OFF * rated_speed),
     )
@@ -102,9 +102,9 @@ def equivalent(result: Result, slopes: Mapping[str, float]) -> Reduced:
 
 def large_cycles(series: Float) -> Cycles:
     """Cycles of a series in cells, without those below ``SMALL`` of the largest."""
-    found = bin_cycles(rainflow_cycles(series))
-    kept = found.ranges >= SMALL * found.ranges.max(initial=0.0)
-    return Cycles(*(each[kept] for each in found))
+    cycles = bin_cycles(rainflow_cycles(series))
+    kept = cycles.ranges >= SMALL * cycles.ranges.max(initial=0.0)
+    return Cycles(*(each[kept] for each in cycles))
 
 
 def _statistics(series: Iterable[Float]) -> Float:
@@ -131,13 +131,13 @@ def _durations(part: Result, series: dict[str, Float], each: Interface) -> list[
     loads = {f"{each.name}_force": force, f"{each.name}_moment": moment}
     if each.speed == "rotor_speed":
         loads["rotor_torque"] = series["rotor_torque"]
-    found = []
+    durations = []
     for name, load in loads.items():
         edges = level_edges(float(np.abs(load).max()))
         d = load_duration(load, series[each.speed], dt=_step(part), load_edges=edges)
         rows = np.stack([d.load_edges[:-1], d.load_edges[1:], d.time[:, 0], d.revolutions[:, 0]], axis=1)
-        found.append((name, rows[rows[:, 2] > 0.0]))
-    return found
+        durations.append((name, rows[rows[:, 2] > 0.0]))
+    return durations
 
 
 def level_edges(largest: float) -> Float:

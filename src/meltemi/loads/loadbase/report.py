@@ -153,7 +153,7 @@ def load_report(
         [section for section in sections if section.content],
         facts=[*(title.facts if title else ()), *facts(plan)],
         lead=verdict(d, ratios),
-        footer=made(),
+        footer=footer_text(),
         running=title.running if title else "",
         cases=[CaseList(str(folder), [case.name for case in plan.cases])],
     )
@@ -209,7 +209,7 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
     ]
 
 
-def made() -> str:
+def footer_text() -> str:
     """Version and time of a page, and what it is not."""
     return f"meltemi {meltemi.__version__}, physics {PHYSICS}, {datetime.now(UTC):%Y-%m-%d %H:%M} UTC. {CERTIFICATE}"
 
@@ -248,16 +248,16 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
         kind = "bad" if strikes else "doubtful" if d.common else "good"
         heading = f"Complete: {good} load cases simulated without warnings"
         heading += f" of their own, {len(d.common)} for all of them" if d.common else ""
-    told = d.problems[d.problems["state"] != "missing"]
+    problems = d.problems[d.problems["state"] != "missing"]
     more: Folded | None = None
-    if len(told):
+    if len(problems):
         listed = [
             [Case(str(name), base), p.row, Marked(p.state, p.state), p.message, p.meaning]
-            for name, p in told.iterrows()
+            for name, p in problems.iterrows()
         ]
         table = Table(["case", "DLC", "state", "message", "consequence"], listed)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
-        more = Folded(states, table, unfolded=len(told) <= SHOWN)
+        more = Folded(states, table, unfolded=len(problems) <= SHOWN)
     return Verdict(kind, heading, lines, more)
 
 
@@ -275,10 +275,10 @@ def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
     return over.loc[counted].sort_values("ratio", ascending=False)
 
 
-def governing_driver(own: pd.DataFrame, name: str) -> str:
+def governing_driver(extremes: pd.DataFrame, name: str) -> str:
     """The end of a component with the larger magnitude, at an interface; empty if there is none."""
-    drivers = [driver for driver in (f"{name} max", f"{name} min") if driver in own.index]
-    return max(drivers, key=lambda each: abs(float(own.at[each, name])), default="")
+    drivers = [driver for driver in (f"{name} max", f"{name} min") if driver in extremes.index]
+    return max(drivers, key=lambda each: abs(float(extremes.at[each, name])), default="")
 
 
 # ------------------------------------------------------------------------------------------------ governing loads
@@ -307,13 +307,13 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
 
 def key_numbers(d: DesignLoads) -> Facts:
     """A line of single numbers."""
-    found: list[tuple[str, str, Case | None]] = []
+    numbers: list[tuple[str, str, Case | None]] = []
     if d.energy is not None:
-        found.append(("annual energy", energy_words(d.energy), None))
+        numbers.append(("annual energy", energy_words(d.energy), None))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
         text = f"{number(float(worst.left))} m ({'passes' if worst.fits else 'tower strike'}), "
-        found.append(("remaining tip clearance with factors", text, Case(str(worst.case))))
+        numbers.append(("remaining tip clearance with factors", text, Case(str(worst.case))))
     for channel, end, label, unit, factor in (
         ("rotor_speed", "max", "largest rotor speed", "rpm", 30.0 / math.pi),
         ("tower_top_acceleration_x", "max", "largest fore-aft tower-top acceleration", "m/s²", 1.0),
@@ -322,17 +322,17 @@ def key_numbers(d: DesignLoads) -> Facts:
     ):
         if (channel, end) in d.signals.index:
             row = d.signals.loc[(channel, end)]
-            found.append((label, f"{number(float(row.value) * factor)} {unit}, ", Case(str(row.case))))
+            numbers.append((label, f"{number(float(row.value) * factor)} {unit}, ", Case(str(row.case))))
     if len(d.stops):
-        found.append(("stops per year", number(float(d.stops.iloc[:, 0].sum())), None))
-    return Facts(found)
+        numbers.append(("stops per year", number(float(d.stops.iloc[:, 0].sum())), None))
+    return Facts(numbers)
 
 
-def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Entry | None:
+def governing(place: str, extremes: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Entry | None:
     """The largest magnitude of a component, with its design load case and utilisation."""
-    if not (driver := governing_driver(own, name)):
+    if not (driver := governing_driver(extremes, name)):
         return None
-    row, factor = own.loc[driver], unit_of_driver(name)[1]
+    row, factor = extremes.loc[driver], unit_of_driver(name)[1]
     case = Case(str(row.case), text=f"DLC {row.row}" + ("" if row.state == "ok" else " (!)"))
     return Entry(float(row[name]) * factor, case, utilisation(ratios, "ultimate", place, driver))
 
@@ -346,9 +346,9 @@ def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -
 def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
     """The moment of each interface with the largest lifetime equivalent load."""
     slopes = slopes_of(d.fatigue)
-    own = d.fatigue[d.fatigue["load"].isin(COMPONENTS[3:])]
+    moments = d.fatigue[d.fatigue["load"].isin(COMPONENTS[3:])]
     rows: list[list[Cell]] = []
-    for place, part in own.groupby("interface", sort=False):
+    for place, part in moments.groupby("interface", sort=False):
         best = part.loc[part[slopes[-1]].idxmax()]
         use = (utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}") for m in slopes)
         loads = (Entry(float(best[m]) * MOMENT[1], ratio=ratio) for m, ratio in zip(slopes, use, strict=True))
@@ -363,23 +363,23 @@ def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:
     Raises:
       InputError: a limit names a load that is not there, or is not a number.
     """
-    found = compare_bases(d, d)
-    found["reference"], found["reference_case"], found["ratio"] = math.nan, "limit", math.nan
+    ratios = compare_bases(d, d)
+    ratios["reference"], ratios["reference_case"], ratios["ratio"] = math.nan, "limit", math.nan
     for kind, places in limits.items():
         for place, loads in places.items() if isinstance(places, Mapping) else [("", None)]:
             if not isinstance(loads, Mapping):
                 raise InputError(f"limits: {kind}: expected interfaces with loads and values, found {places!r}")
             for load, limit in loads.items():
                 key, name = (kind, place, load), f"{kind} {place} {load}"
-                if key not in found.index:
-                    near = did_you_mean(name, [" ".join(map(str, each)) for each in found.index])
+                if key not in ratios.index:
+                    near = did_you_mean(name, [" ".join(map(str, each)) for each in ratios.index])
                     raise InputError(f"limits: there is no load {name!r}; {near}")
                 if not isinstance(limit, int | float) or isinstance(limit, bool) or not limit:
                     raise InputError(f"limits: {name}: expected a number other than zero, found {limit!r}")
-                value = float(found.at[key, "value"])
-                found.loc[[key], "reference"] = float(limit)
-                found.loc[[key], "ratio"] = limit / value if kind == "clearance" else abs(value / limit)
-    return found[found["ratio"].notna()]
+                value = float(ratios.at[key, "value"])
+                ratios.loc[[key], "reference"] = float(limit)
+                ratios.loc[[key], "ratio"] = limit / value if kind == "clearance" else abs(value / limit)
+    return ratios[ratios["ratio"].notna()]
 
 
 def read_limits(path: str | Path) -> dict[str, Any]:

@@ -41,19 +41,19 @@ def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
     """
     import pandas as pd
 
-    found = base_table(plan, folder, "statistics")
-    if not len(found):
+    raw = base_table(plan, folder, "statistics")
+    if not len(raw):
         empty = pd.MultiIndex.from_tuples([], names=["channel", "case"])
         return pd.DataFrame(columns=["min", "mean", "max", "unit"], index=empty)
-    found = found[~found["channel"].str.contains("@")]
-    names = found["channel"].unique()
+    raw = raw[~raw["channel"].str.contains("@")]
+    names = raw["channel"].unique()
     known = known_channels(plan.campaign.blades)
     units = {name: _unit(name, known) for name in names}
     words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in names}
-    channel = found["channel"]
+    channel = raw["channel"]
     factor = channel.map({name: factor for name, (_, factor) in units.items()}).to_numpy(float)
-    own = {end: found[end].to_numpy(float) * factor for end in ("min", "mean", "max")}
-    frame = pd.DataFrame(own | {"channel": channel.map(words), "case": found["case"].astype(str)})
+    values = {end: raw[end].to_numpy(float) * factor for end in ("min", "mean", "max")}
+    frame = pd.DataFrame(values | {"channel": channel.map(words), "case": raw["case"].astype(str)})
     merged = frame.groupby(["channel", "case"], sort=False).agg({"min": "min", "mean": "mean", "max": "max"})
     of_words = {words[name]: unit for name, (unit, _) in units.items()}
     return merged.assign(unit=merged.index.get_level_values("channel").map(of_words))
@@ -76,11 +76,11 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
     for name, plan, table in bases:
         cases = [case.name for case in plan.cases]
         dlcs = list(dict.fromkeys(case.dlc for case in plan.cases))
-        own = []
+        series = []
         for channel in table.index.unique("channel"):
             part = table.loc[channel].reindex(cases)
             ends = {end: part[end].to_numpy(float) for end in ("min", "mean", "max")}
-            own.append({"label": channel, "unit": part["unit"].dropna().iloc[0]} | ends)
+            series.append({"label": channel, "unit": part["unit"].dropna().iloc[0]} | ends)
         speeds = [case.variant.speed for case in plan.cases]
         yaws = [case.variant.yaw or 0.0 for case in plan.cases]
         axes = [
@@ -88,8 +88,8 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
             {"label": "yaw error", "unit": "deg", "values": yaws},
         ]
         dlc = [dlcs.index(case.dlc) for case in plan.cases]
-        content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": own, "across": axes})
-        channels += len(own)
+        content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": series, "across": axes})
+        channels += len(series)
     if not channels:
         return []
     caption = "Each point is a case; click on it for its command. Blades: largest and smallest value of all blades."
@@ -101,12 +101,12 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
     keys = {
         channel: table.loc[channel] for channel in KEY_CHANNELS if channel in table.index.get_level_values("channel")
     }
-    heads = [f"{KEY_CHANNELS[channel][1]} {own['unit'].iloc[0]}" for channel, own in keys.items()]
-    values = [own[KEY_CHANNELS[channel][0]].to_dict() for channel, own in keys.items()]
+    heads = [f"{KEY_CHANNELS[channel][1]} {extremes['unit'].iloc[0]}" for channel, extremes in keys.items()]
+    values = [extremes[KEY_CHANNELS[channel][0]].to_dict() for channel, extremes in keys.items()]
     problems = d.problems[["state", "message"]].to_dict("index")
     rows: list[list[Cell]] = []
     for case in plan.cases:
-        told = problems.get(case.name, {"state": "ok", "message": ""})
+        problem = problems.get(case.name, {"state": "ok", "message": ""})
         rows.append(
             [
                 Case(case.name),
@@ -117,8 +117,8 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
                 None if case.variant.seed is None else str(case.variant.seed),
                 f"{case.factor:g}",
                 *(value.get(case.name) for value in values),
-                "ok" if told["state"] == "ok" else Marked(told["state"], told["state"]),
-                told["message"],
+                "ok" if problem["state"] == "ok" else Marked(problem["state"], problem["state"]),
+                problem["message"],
             ]
         )
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]

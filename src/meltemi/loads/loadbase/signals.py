@@ -61,8 +61,8 @@ class Extremes:
     def values(self, channel: str, of: Literal["min", "max", "mean"]) -> Float:
         """(cases,) extremes or means of a channel; of a name without the number of the blade, of all blades."""
         part = self._wide[of][:, self._places[channel]]
-        found: Float = getattr(part, of)(axis=1)
-        return found
+        worst: Float = getattr(part, of)(axis=1)
+        return worst
 
 
 def _of_all(name: str) -> str:
@@ -80,12 +80,12 @@ def signals_table(evaluation: Evaluation, extremes: Extremes) -> pd.DataFrame:
     for channel in SIGNALS:
         for end in ("max", "min") if channel in extremes else ():
             sign, values = (-1.0 if end == "min" else 1.0), extremes.values(channel, end)
-            found = [
+            candidates = [
                 (value, runs, run)
                 for runs, value, run in each_row(_plain(evaluation), values, (channel, end, ""), end == "min")
             ]
-            if found:
-                value, runs, run = max(found, key=lambda each: sign * each[0])
+            if candidates:
+                value, runs, run = max(candidates, key=lambda each: sign * each[0])
                 lines.append((channel, end, value, units[channel], runs.names[run], runs.row, runs.size(run)))
     head = ["channel", "end", "value", "unit", "case", "row", "runs"]
     return pd.DataFrame(lines, columns=head).set_index(head[:2])
@@ -123,8 +123,8 @@ def clearance_table(
     head = ["row", "clearance", "factor", "material", "deflection", "left", "ratio", "case", "runs", "lacking", "fits"]
     if DEFLECTION in extremes:
         each_row(evaluation, extremes.values(DEFLECTION, "max"), (DEFLECTION, "max", "m"), False, keep=True)
-    found = pd.DataFrame(lines, columns=head).set_index("row")
-    return found.sort_values("left").groupby(level=0, sort=False).first()  # rows with several factors
+    table = pd.DataFrame(lines, columns=head).set_index("row")
+    return table.sort_values("left").groupby(level=0, sort=False).first()  # rows with several factors
 
 
 def line_table(evaluation: Evaluation, extremes: Extremes, turbine: Turbine) -> pd.DataFrame:
@@ -155,10 +155,10 @@ def _passing(evaluation: Evaluation) -> Evaluation:
     blades = evaluation.results.plan.campaign.blades
     kept = []
     for runs in evaluation.runs:
-        own = np.array([passes_tower(evaluation.results.present[i], blades) for i in runs.places], dtype=bool)
-        if own.any():
-            names = tuple(name for name, keep in zip(runs.names, own, strict=True) if keep)
-            parts = {name: getattr(runs, name)[own] for name in ("places", "groups", "speeds")}
+        passing = np.array([passes_tower(evaluation.results.present[i], blades) for i in runs.places], dtype=bool)
+        if passing.any():
+            names = tuple(name for name, keep in zip(runs.names, passing, strict=True) if keep)
+            parts = {name: getattr(runs, name)[passing] for name in ("places", "groups", "speeds")}
             kept.append(replace(runs, names=names, **parts))
     return replace(evaluation, runs=kept)
 
@@ -190,12 +190,12 @@ def rose_extremes(evaluation: Evaluation, extremes: Extremes, interfaces: Sequen
                 continue
             values = extremes.values(kept, "min" if smallest else "max")
             sign = -1.0 if smallest else 1.0
-            found: list[tuple[float, Runs, int]] = [
+            candidates: list[tuple[float, Runs, int]] = [
                 (sign * value * runs.factor, runs, run)
                 for runs, value, run in each_row(evaluation, values, (kept, "", "N m"), smallest)
             ]
-            if found:
-                value, runs, run = max(found, key=lambda each: each[0])
+            if candidates:
+                value, runs, run = max(candidates, key=lambda each: each[0])
                 lines.append((name, angle, value, runs.names[run], runs.row, runs.factor))
     head = ["interface", "angle", "largest", "case", "row", "factor"]
     return pd.DataFrame(lines, columns=head).set_index(head[:2])

@@ -182,7 +182,7 @@ def _site(data: Mapping[str, Any], turbine: str, where: str) -> Site:
         )
     correction, project = number("CcT", turbine, "CcT"), data.get("Project Information")
     angle = math.radians(number("Inflow Angle", turbine, "Inflow angle max"))
-    found = {
+    conditions = {
         "name": f"{project.get('Project name', '') if isinstance(project, Mapping) else ''}, turbine {turbine}",
         "mean_speed": number(*layout, "Annual Average Wind Speed"),
         "weibull_scale": number(*layout, "Weibull Scale Parameter"),
@@ -195,4 +195,4 @@ def _site(data: Mapping[str, Any], turbine: str, where: str) -> Site:
         "inclination": round(angle, 9),
         "air_density": number(*layout, "Air Density"),
     }
-    return validated(found, Site, f"{where}: {turbine}")
+    return validated(conditions, Site, f"{where}: {turbine}")

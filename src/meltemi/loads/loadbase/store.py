@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.core.errors import InputError, Status, did_you_mean
 from meltemi.core.extras import need
 from meltemi.core.stores import keep_bytes
-from meltemi.loads.loadbase.jobs import Row
+from meltemi.loads.loadbase.jobs import CaseRow
 from meltemi.postprocess.cycles import Cycles
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
 
@@ -50,7 +50,7 @@ DROPPED = 11
 TABLES = ("cases", *NESTED, "cycles")
 
 
-class Place(NamedTuple):
+class StoredCase(NamedTuple):
     """File and row of a case."""
 
     file: Path
@@ -58,7 +58,7 @@ class Place(NamedTuple):
     status: Status
 
 
-class Store:
+class ResultStore:
     """The results in the folder of a load base.
 
     Attributes:
@@ -70,7 +70,7 @@ class Store:
     def __init__(self, base: str | Path) -> None:
         _parquet()
         self.folder = Path(base) / FOLDER
-        self.places: dict[str, Place] = {}
+        self.places: dict[str, StoredCase] = {}
         self.unreadable: dict[Path, str] = {}
         self._seen: set[Path] = set()
         self.refresh()
@@ -92,9 +92,9 @@ class Store:
             for i, (key, status) in enumerate(cases):
                 before = self.places.get(key)
                 if before is None or not before.status.complete:
-                    self.places[key] = Place(path, i, status)
+                    self.places[key] = StoredCase(path, i, status)
 
-    def write(self, rows: Sequence[Row]) -> Path:
+    def write(self, rows: Sequence[CaseRow]) -> Path:
         """Write finished cases.
 
         Raises:
@@ -157,9 +157,9 @@ class Store:
                 if "cycles" not in table.column_names:
                     continue
                 for channel, column in zip(*_fields(table.column("cycles")), strict=True):
-                    own = column.take([i for i, _ in rows])
-                    parts = (np.asarray(part, dtype=float) for part in pc.list_flatten(own).flatten())
-                    yield channel, [name for _, name in rows], pc.list_parent_indices(own).to_numpy(), Cycles(*parts)
+                    lists = column.take([i for i, _ in rows])
+                    parts = (np.asarray(part, dtype=float) for part in pc.list_flatten(lists).flatten())
+                    yield channel, [name for _, name in rows], pc.list_parent_indices(lists).to_numpy(), Cycles(*parts)
 
     def _files(self, keys: Mapping[str, Sequence[str]]) -> dict[Path, list[tuple[int, str]]]:
         """Rows and names of cases by file."""
@@ -185,7 +185,7 @@ def _parquet() -> Any:
     return pq
 
 
-def table_of(rows: Sequence[Row]) -> pa.Table:
+def table_of(rows: Sequence[CaseRow]) -> pa.Table:
     """Rows as a table of one row a case, with lists of what each has several of, and cycles by channel."""
     import pyarrow as pa
 
@@ -218,14 +218,14 @@ def _lists(parts: Sequence[Any], fields: Sequence[str], kind: Any = np.float64) 
 
     lengths = [0 if part is None else len(part[0]) for part in parts]
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
-    found = []
+    arrays = []
     for k, field in enumerate(fields):
         given = [part[k] for part in parts if part is not None]
         if field in ("channel", "interface", "driver", "load", "drive"):
-            found.append(pa.array([text for texts in given for text in texts], pa.string()))
+            arrays.append(pa.array([text for texts in given for text in texts], pa.string()))
         else:
-            found.append(pa.array(np.concatenate([*given, np.zeros(0)]).astype(kind)))
-    return pa.ListArray.from_arrays(pa.array(offsets), pa.StructArray.from_arrays(found, list(fields)))
+            arrays.append(pa.array(np.concatenate([*given, np.zeros(0)]).astype(kind)))
+    return pa.ListArray.from_arrays(pa.array(offsets), pa.StructArray.from_arrays(arrays, list(fields)))
 
 
 def _extremes(reduced: Any) -> list[Any]:
@@ -315,12 +315,12 @@ def _parts(
                 raise TypeError(f"warnings are {wrong[0]!r:.40}, not a list of texts")
             yield cases.assign(warnings=[[*lines] for lines in cases["warnings"]])
         elif what in NESTED:
-            found = _flat(table.column(what).take(places), names)
-            yield pd.DataFrame({name: found[name] for name in ("case", *NESTED[what])})
+            flat = _flat(table.column(what).take(places), names)
+            yield pd.DataFrame({name: flat[name] for name in ("case", *NESTED[what])})
         elif "cycles" in table.column_names:
             for name, column in zip(*_fields(table.column("cycles")), strict=True):
-                found = _flat(column.take(places), names)
-                yield pd.DataFrame({"case": found["case"], "channel": name, **{part: found[part] for part in CYCLES}})
+                flat = _flat(column.take(places), names)
+                yield pd.DataFrame({"case": flat["case"], "channel": name, **{part: flat[part] for part in CYCLES}})
 
 
 def _fields(column: Any) -> tuple[list[str], list[Any]]:

@@ -102,7 +102,7 @@ class Assumed(Record):
         return self
 
 
-class Row(Assumed):
+class LoadCaseRow(Assumed):
     """A row of the table: one design load case, or one of its variants."""
 
     dlc: str = ""
@@ -223,7 +223,7 @@ class Fault(Assumed):
         Raises:
           InputError: there is no such event.
         """
-        found: list[dict[str, Any]] = []
+        events: list[dict[str, Any]] = []
         rates = {"normal_rate": normal_rate, "emergency_rate": emergency_rate}
         rates |= {f"-{name}": -value for name, value in rates.items()}
         for event in self.events:
@@ -234,9 +234,9 @@ class Fault(Assumed):
             if isinstance(given.get("rate"), str) and given["rate"] in rates:
                 given["rate"] = rates[given["rate"]]
             every = range(1, blades + 1) if given.get("blade") == "all" else [given.get("blade")]
-            found += [given | {"blade": blade} if blade else given for blade in every]
-        read_events(found)
-        return found
+            events += [given | {"blade": blade} if blade else given for blade in every]
+        read_events(events)
+        return events
 
 
 def _seconds(event: Mapping[str, Any], key: str) -> float:
@@ -299,7 +299,7 @@ class Factors(Assumed):
     """Of what the tension has above its mean."""
 
 
-class Extrapolation(Assumed):
+class ExtrapolationRule(Assumed):
     """Extrapolation of DLC 1.1."""
 
     probability: float = Field(default=3.8e-7, gt=0.0, lt=1.0)
@@ -319,8 +319,8 @@ class LoadTable(Record):
     defaults: Defaults = Defaults()
     states: dict[str, State] = Field(default_factory=dict)
     factors: Factors = Factors()
-    extrapolation: Extrapolation = Extrapolation()
-    rows: dict[str, Row]
+    extrapolation: ExtrapolationRule = ExtrapolationRule()
+    rows: dict[str, LoadCaseRow]
     """Design load cases by name."""
     faults: dict[str, Fault] = Field(default_factory=dict)
 
@@ -372,8 +372,10 @@ def edition_content(edition: int | str) -> dict[str, Any]:
     path = FOLDER / (f"iec{edition}.yaml" if edition in AT_SEA else f"iec61400-1-ed{edition}.yaml")
     data = read_mapping(path)
     base = data.pop("extends", None)
-    found = data if base is None else changed(edition_content(base), data, str(path))
-    return found | {"rows": dict(sorted(found["rows"].items(), key=lambda row: (float(row[0].rstrip("b")), row[0])))}
+    content = data if base is None else changed(edition_content(base), data, str(path))
+    return content | {
+        "rows": dict(sorted(content["rows"].items(), key=lambda row: (float(row[0].rstrip("b")), row[0])))
+    }
 
 
 def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) -> dict[str, Any]:
@@ -413,19 +415,21 @@ def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) ->
             if name in known:
                 raise InputError(f"{where}: rows.{name}.like: the table has this row already; like is for new rows")
             row = dict(known[str(like)]) | row
-        elif name not in known and (missing := [key for key, f in Row.model_fields.items() if _lacks(row, key, f)]):
+        elif name not in known and (
+            missing := [key for key, f in LoadCaseRow.model_fields.items() if _lacks(row, key, f)]
+        ):
             raise InputError(
                 f"{where}: rows.{name}: the table has no such row; {did_you_mean(name, known)} "
                 f"(a new row needs {', '.join(missing)}, or like)"
             )
         rows[name] = row
-    found = merged(table, changes | ({"rows": rows} if rows else {}))
-    found["rows"] = {
+    content = merged(table, changes | ({"rows": rows} if rows else {}))
+    content["rows"] = {
         name: {key: value for key, value in row.items() if value is not None}
-        for name, row in found["rows"].items()
+        for name, row in content["rows"].items()
         if name not in without
     }
-    return found
+    return content
 
 
 def _lacks(row: Mapping[str, Any], key: str, field: Any) -> bool:

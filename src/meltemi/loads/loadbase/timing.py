@@ -9,7 +9,7 @@ from pathlib import Path
 from meltemi.core.extras import missing
 from meltemi.core.threads import available_cores
 from meltemi.loads.loadbase.engine import OnThreads, base_table
-from meltemi.loads.loadbase.jobs import Job, Row, jobs_of
+from meltemi.loads.loadbase.jobs import CaseRow, Job, jobs_of
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.situations import OPERATING
 
@@ -49,12 +49,12 @@ def timed_cost(plan: Plan) -> Cost | None:
     jobs = {job.name: job for job in jobs_of(plan)}
     costs, shares = [], []
     for parked in (False, True):
-        own = [c for c in plan.cases if not c.unsupported and (c.setting.row.situation in OPERATING) != parked]
-        turbulent = [c for c in own if c.seed is not None] or own
+        cases = [c for c in plan.cases if not c.unsupported and (c.setting.row.situation in OPERATING) != parked]
+        turbulent = [c for c in cases if c.seed is not None] or cases
         cost = _timed(jobs[turbulent[0].name]) if turbulent else None
         if cost is not None:
             costs.append(cost)
-            shares.append(sum(c.duration + c.transient for c in own))
+            shares.append(sum(c.duration + c.transient for c in cases))
     if not costs:
         return None
     rate = sum(cost * share for cost, share in zip(costs, shares, strict=True)) / sum(shares)
@@ -71,10 +71,10 @@ def _timed(job: Job) -> float | None:
 
 def _run(job: Job, seconds: float) -> float | None:
     """[s] of processor time of a run of some seconds, with all cores at work."""
-    rows: list[Row] = []
+    rows: list[CaseRow] = []
 
-    def keep(found: Sequence[Row]) -> None:
-        rows.extend(found)
+    def keep(finished: Sequence[CaseRow]) -> None:
+        rows.extend(finished)
 
     content = {key: value for key, value in job.content.items() if key != "events"} | {
         "duration": seconds,

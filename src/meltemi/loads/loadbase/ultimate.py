@@ -104,8 +104,8 @@ class ExtrapolatedLoad(Brief):
     def load(self, way: Way) -> float | None:
         """The load by one of the ways; None if it cannot be determined that way."""
         if way == "gumbel" or way == "weibull":
-            found = self.gumbel if way == "gumbel" else self.weibull
-            return None if found is None else found.load
+            extrapolation = self.gumbel if way == "gumbel" else self.weibull
+            return None if extrapolation is None else extrapolation.load
         place = WAYS.index(way) - 2
         return self.quantiles[place] if place < len(self.quantiles) else None
 
@@ -119,15 +119,15 @@ def runs_of(results: Results) -> list[Runs]:
     for i, case in enumerate(results.present):
         if case.type == "ultimate":
             kinds.setdefault((case.row, case.factor), []).append(i)
-    taken = [case.row for case in results.present]
+    evaluated = [case.row for case in results.present]
     planned = [case.row for case in results.plan.cases]
-    found = []
+    groups = []
     for (row, factor), places in kinds.items():
         cases = [results.present[i] for i in places]
         rule = cases[0].characteristic
         alike = [replace(c.variant, seed=None, yaw=None if rule == "mean" else c.variant.yaw) for c in cases]
         numbers = {variant: n for n, variant in enumerate(dict.fromkeys(alike))}
-        found.append(
+        groups.append(
             Runs(
                 row,
                 cases[0].dlc,
@@ -137,10 +137,10 @@ def runs_of(results: Results) -> list[Runs]:
                 tuple(c.name for c in cases),
                 np.array([numbers[variant] for variant in alike]),
                 np.array([c.variant.speed for c in cases]),
-                planned.count(row) - taken.count(row),
+                planned.count(row) - evaluated.count(row),
             )
         )
-    return found
+    return groups
 
 
 def check_way(way: str, results: Results) -> None:
@@ -167,16 +167,16 @@ def extrapolated_load(
     weights = dict(zip(planned, speed_shares(campaign, planned), strict=True))
     speeds = sorted(set(runs.speeds.tolist()))
     samples = [values[runs.speeds == speed] for speed in speeds]
-    found: dict[str, Extrapolation | None] = {}
+    extrapolations: dict[str, Extrapolation | None] = {}
     left_out: dict[str, tuple[float, ...]] = {}
     ways: tuple[Distribution, ...] = ("gumbel", "weibull")
     for way in ways:
         usable = [len(x) >= LEAST[way] and np.ptp(x) > 0.0 for x in samples]
         kept = [(x, weights[v]) for x, v, use in zip(samples, speeds, usable, strict=True) if use]
         left_out[way] = tuple(v for v in planned if v not in speeds or not usable[speeds.index(v)])
-        found[way] = None
+        extrapolations[way] = None
         if kept and sum(p for _, p in kept) > table.probability:
-            found[way] = extrapolate(
+            extrapolations[way] = extrapolate(
                 [x for x, _ in kept],
                 [p for _, p in kept],
                 distribution=way,
@@ -195,8 +195,8 @@ def extrapolated_load(
         np.array(speeds),
         tuple(samples),
         float(sign * (sign * values).max()),
-        found["gumbel"],
-        found["weibull"],
+        extrapolations["gumbel"],
+        extrapolations["weibull"],
         left_out,
         quantiles,
         runs.factor,
@@ -239,8 +239,8 @@ class Evaluation:
         load = extrapolated_load(runs, values, self.results, names, smallest=smallest, resamples=n)
         if keep and (load.gumbel or load.weibull or load.quantiles):
             self.extrapolations.append(load)
-        found = load.load(self.way)
-        return None if found is None else (found, int(np.argmin(np.abs(values - found))))
+        design = load.load(self.way)
+        return None if design is None else (design, int(np.argmin(np.abs(values - design))))
 
 
 def ultimate_tables(
@@ -295,7 +295,7 @@ def _rows(evaluation: Evaluation, runs: Runs, name: str, loads: Float, plane: st
     if runs.rule != EXTRAPOLATED:
         rule = RULES[runs.rule]
         return characteristic_rows(loads, plane, runs.names, rule=rule, factor=runs.factor, speeds=runs.groups)
-    found = []
+    scaled = []
     for k, row in enumerate(
         characteristic_rows(loads, plane, runs.names, rule="largest", factor=runs.factor, speeds=runs.groups)
     ):
@@ -305,8 +305,8 @@ def _rows(evaluation: Evaluation, runs: Runs, name: str, loads: Float, plane: st
         if value is None and np.ptp(values) > 0.0:
             return ()
         ratio = value[0] / row.value if value and value[0] * row.value > 0.0 else 1.0
-        found.append(replace(row, loads=tuple(ratio * x for x in row.loads), scale=ratio))
-    return tuple(found)
+        scaled.append(replace(row, loads=tuple(ratio * x for x in row.loads), scale=ratio))
+    return tuple(scaled)
 
 
 def _matrix(
@@ -317,25 +317,25 @@ def _matrix(
 
     results = evaluation.results
     places = {case.name: i for i, case in enumerate(results.present)}
-    own = {name: runs for runs in evaluation.runs for name in runs.names}
+    runs_by_case = {name: runs for runs in evaluation.runs for name in runs.names}
     more = []
     for k, row in enumerate(rows):
-        runs, i = own[row.case], places[row.case]
+        runs, i = runs_by_case[row.case], places[row.case]
         size = runs.size(runs.names.index(row.case))
         more.append((runs.row, runs.dlc, blades[i, k], times[i, k], runs.rule, size, runs.lacking))
-    found = extremes_table(rows).reset_index()
-    found[["row", "dlc", "blade", "time", "rule", "runs", "lacking"]] = pd.DataFrame(more)
-    found["state"] = [results.states[row.case] for row in rows]
-    found.insert(0, "interface", name)
-    return found.set_index(["interface", "driver"])
+    table = extremes_table(rows).reset_index()
+    table[["row", "dlc", "blade", "time", "rule", "runs", "lacking"]] = pd.DataFrame(more)
+    table["state"] = [results.states[row.case] for row in rows]
+    table.insert(0, "interface", name)
+    return table.set_index(["interface", "driver"])
 
 
 def blade_groups(interfaces: Iterable[Interface]) -> dict[str, list[Interface]]:
     """Interfaces by name; those of the blades together, without the number of the blade."""
-    found: dict[str, list[Interface]] = {}
+    groups: dict[str, list[Interface]] = {}
     for each in interfaces:
-        found.setdefault(family(each.name), []).append(each)
-    return found
+        groups.setdefault(family(each.name), []).append(each)
+    return groups
 
 
 def family(name: str) -> str:
@@ -372,9 +372,9 @@ def each_row(
     evaluation: Evaluation, values: Float, names: tuple[str, str, str], smallest: bool, *, keep: bool = False
 ) -> list[tuple[Runs, float, int]]:
     """Characteristic value of (cases,) extremes in each row: its runs, the value, the place of the nearest run."""
-    found = []
+    rows = []
     for runs in evaluation.runs:
         value = evaluation.value(runs, values[runs.places], names, smallest, keep)
         if value is not None:
-            found.append((runs, *value))
-    return found
+            rows.append((runs, *value))
+    return rows

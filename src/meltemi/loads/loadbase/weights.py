@@ -77,6 +77,9 @@ def time_share(name: str, states: Mapping[str, State], campaign: Campaign, low: 
     rest = 1.0 - sum(share for share in given.values() if share is not None)
     if rest < 0.0:
         raise InputError(f"states: they have {1.0 - rest:.3g} of the time between cut-in and cut-out, more than all")
-    own = given[name]
+    share_inside = given[name]
     between = wind.between(max(low, least), min(high, most))
-    return between * (rest if own is None else own) + (wind.between(low, high) - between) * states[name].outside
+    return (
+        between * (rest if share_inside is None else share_inside)
+        + (wind.between(low, high) - between) * states[name].outside
+    )

@@ -23,7 +23,7 @@ from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.loads.loadbase.engine import Execution, run_jobs
 from meltemi.loads.loadbase.jobs import Job, case_key
-from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.store import ResultStore
 from meltemi.loads.surrogate.space import UNITS, USUAL, Space, site_space, space_filling
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -245,7 +245,7 @@ class SurrogateRun(Execution):
 
 
 @arguments_of(SurrogateRun)
-def run_surrogate(asked: SurrogateRun) -> tuple[int, int, int]:
+def run_surrogate(run: SurrogateRun) -> tuple[int, int, int]:
     """Run the cases of a campaign that are missing; the arguments are the fields of :class:`SurrogateRun`.
 
     Returns:
@@ -254,13 +254,13 @@ def run_surrogate(asked: SurrogateRun) -> tuple[int, int, int]:
     Raises:
       InputError: as for ``run_base``.
     """
-    campaign, design = read_surrogate_campaign(asked.folder)
-    store = Store(asked.folder)
+    campaign, design = read_surrogate_campaign(run.folder)
+    store = ResultStore(run.folder)
     for block in _blocks(campaign, design):
-        run_jobs(block, store, asked)
-    found = [store.places.get(job.key) for block in _blocks(campaign, design) for job in block]
-    there = [place.status.complete for place in found if place is not None]
-    return sum(there), len(there) - sum(there), len(found) - len(there)
+        run_jobs(block, store, run)
+    stored = [store.places.get(job.key) for block in _blocks(campaign, design) for job in block]
+    complete = [place.status.complete for place in stored if place is not None]
+    return sum(complete), len(complete) - sum(complete), len(stored) - len(complete)
 
 
 def _blocks(campaign: SurrogateCampaign, design: SurrogateDesign) -> Iterator[list[Job]]:
@@ -310,7 +310,7 @@ def surrogate_loads(folder: str | Path) -> tuple[SurrogateCampaign, SurrogateDes
       InputError: there is no campaign, or no run of it.
     """
     campaign, design = read_surrogate_campaign(folder)
-    channels, store = campaign.channels(), Store(folder)
+    channels, store = campaign.channels(), ResultStore(folder)
     keys = [job.key for block in _blocks(campaign, design) for job in block]
     rows: dict[str, list[str]] = {}
     for row, key in enumerate(keys):
@@ -318,14 +318,14 @@ def surrogate_loads(folder: str | Path) -> tuple[SurrogateCampaign, SurrogateDes
             rows.setdefault(key, []).append(str(row))
     table = store.table(rows, "equivalent").astype({"case": int})
     ranges = table.pivot(index="case", columns="channel", values="range").reindex(range(len(design)))
-    found = np.empty((len(design), len(channels)))
+    loads = np.empty((len(design), len(channels)))
     for i, (load, names) in enumerate(channels.items()):
         m = campaign.loads[load]
-        found[:, i] = (ranges.reindex(columns=names) ** m).mean(axis=1, skipna=False) ** (1.0 / m)
-    there = np.all(np.isfinite(found), axis=1)
-    if not there.any():
+        loads[:, i] = (ranges.reindex(columns=names) ** m).mean(axis=1, skipna=False) ** (1.0 / m)
+    complete = np.all(np.isfinite(loads), axis=1)
+    if not complete.any():
         raise InputError(f"{folder}: no results; 'meltemi surrogate run {folder}' computes them")
     kept = SurrogateDesign(
-        design.space, design.point[there], design.seed[there], design.check[there], design.values[there]
+        design.space, design.point[complete], design.seed[complete], design.check[complete], design.values[complete]
     )
-    return campaign, kept, found[there]
+    return campaign, kept, loads[complete]

@@ -33,11 +33,11 @@ LEARNED = 400
 
 def candidates(dimensions: int, degree: int, norm: float = NORM) -> NDArray[np.int64]:
     """Degrees (P, d) of the products of a hyperbolic truncation, the constant first (LS-6)."""
-    found: list[tuple[int, ...]] = [()]
+    products: list[tuple[int, ...]] = [()]
     for _ in range(dimensions):
-        grown = ((*one, k) for one, k in product(found, range(degree + 1)))
-        found = [one for one in grown if sum(k**norm for k in one) ** (1.0 / norm) <= degree + 1e-9]
-    return np.array(sorted(found, key=lambda one: (sum(one), [-k for k in one])), dtype=np.int64)
+        grown = ((*one, k) for one, k in product(products, range(degree + 1)))
+        products = [one for one in grown if sum(k**norm for k in one) ** (1.0 / norm) <= degree + 1e-9]
+    return np.array(sorted(products, key=lambda one: (sum(one), [-k for k in one])), dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -97,16 +97,16 @@ def polynomial_fit(germ: Float, y: Float, seed: int = 0, degree: int = DEGREE, n
 
     start = np.array([*np.zeros(germ.shape[1]), 0.0, -4.0])
     bounds = [(-4.0, 2.5)] * germ.shape[1] + [(-8.0, 8.0), (-28.0, 1.0)]
-    found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60}).x
-    d, noise = prior(found), float(np.exp(found[-1]))
-    told = len(z) * d**2 > NEGLIGIBLE * noise
-    told[0] = True
-    degrees, phi, d = degrees[told], phi[:, told], d[told]
+    optimum = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60}).x
+    d, noise = prior(optimum), float(np.exp(optimum[-1]))
+    determined = len(z) * d**2 > NEGLIGIBLE * noise
+    determined[0] = True
+    degrees, phi, d = degrees[determined], phi[:, determined], d[determined]
     u, s, v = np.linalg.svd(phi * d, full_matrices=False)
     weights = v.T @ (s / (s**2 + noise) * (u.T @ z))
     normal = np.random.default_rng(seed).standard_normal((len(d), DRAWS))
-    drawn = normal + v.T @ ((np.sqrt(noise / (s**2 + noise)) - 1.0)[:, None] * (v @ normal))
-    coefficients = np.vstack([weights, (weights[:, None] + drawn).T]) * d * scale
+    deviations = normal + v.T @ ((np.sqrt(noise / (s**2 + noise)) - 1.0)[:, None] * (v @ normal))
+    coefficients = np.vstack([weights, (weights[:, None] + deviations).T]) * d * scale
     coefficients[:, 0] += mean
     return Fit(Polynomials(degrees), coefficients, noise * scale**2)
 
@@ -132,8 +132,8 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
     process = GaussianProcessRegressor(learned, optimizer=None).fit(germ, z)
     fitted, noise = process.predict(germ), learned.k2.noise_level
     left = (z - fitted) / np.sqrt(np.maximum(noise * np.diag(cho_solve((process.L_, True), np.eye(n))), 1e-6))
-    drawn = random.choice(left - left.mean(), (n, DRAWS))
-    weights = process.fit(germ, np.column_stack([z, fitted[:, None] + drawn])).alpha_
+    resampled = random.choice(left - left.mean(), (n, DRAWS))
+    weights = process.fit(germ, np.column_stack([z, fitted[:, None] + resampled])).alpha_
     rows = np.vstack([scale * learned.k1.k1.constant_value * weights, np.full(1 + DRAWS, mean)]).T
     basis = Kernels(germ, np.broadcast_to(learned.k1.k2.length_scale, germ.shape[1:]).copy())
     return Fit(basis, rows, noise * scale**2)

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 import meltemi
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import text_of, write_text
-from meltemi.loads.surrogate.space import UNITS, Space, Variable
+from meltemi.loads.surrogate.space import UNITS, SiteVariable, Space
 from meltemi.postprocess.inputs import floats
 
 if TYPE_CHECKING:
@@ -78,14 +78,14 @@ class Kernels:
 
 def legendre_products(germ: Float, degrees: NDArray[np.int64]) -> Float:
     """Products (n, P) of Legendre polynomials of germs (n, d), orthonormal for uniform germs (LS-5)."""
-    found = np.ones((len(degrees), len(germ)))
+    products = np.ones((len(degrees), len(germ)))
     norm = np.sqrt(2.0 * np.arange(degrees.max(initial=0) + 1) + 1.0)
-    for x, own in zip(germ.T, degrees.T, strict=True):
-        if top := int(own.max(initial=0)):
+    for x, orders in zip(germ.T, degrees.T, strict=True):
+        if top := int(orders.max(initial=0)):
             values = np.polynomial.legendre.legvander(x, top).T * norm[: top + 1, None]
             for k in range(1, top + 1):
-                found[own == k] *= values[k]
-    return found.T
+                products[orders == k] *= values[k]
+    return products.T
 
 
 @dataclass(frozen=True)
@@ -240,13 +240,13 @@ class Surrogate:
             checked = all(each.verdict == "usable" for each in self.loads.values())
             return "usable" if checked else "not validated: it has no held-out points; design it with --checks"
         each = min(bad, key=lambda load: load.errors["r2"])
-        told = f"R2 {each.errors['r2']:.3g}, NRMSE {100.0 * each.errors['nrmse']:.3g} %"
+        errors = f"R2 {each.errors['r2']:.3g}, NRMSE {100.0 * each.errors['nrmse']:.3g} %"
         others = f" and {len(bad) - 1} other loads" * (len(bad) > 1)
         terms = f" for {each.coefficients.shape[1]} terms" * isinstance(each.basis, Polynomials)
         points = f"{self.facts.get('points', 'too few')} points{terms}"
         return (
-            f"not usable: {each.name}{others}: {told} at held-out points, with {points}; take more points (refine), or "
-            "fewer terms (fit --degree, or fewer variables)"
+            f"not usable: {each.name}{others}: {errors} at held-out points, with {points}; take more points (refine), "
+            "or fewer terms (fit --degree, or fewer variables)"
         )
 
     @property
@@ -304,8 +304,8 @@ def write_surrogate(surrogate: Surrogate, path: str | Path) -> Path:
         b = each.basis
         basis = {"degrees": b.degrees.tolist()} if isinstance(b, Polynomials) else {"lengths": b.lengths.tolist()}
         rows = [[float(f"{c:.9g}") for c in row] for row in each.coefficients]
-        own = {"name": each.name, "unit": each.unit, "slope": each.slope, "scatter": each.scatter}
-        loads.append(own | {"errors": dict(each.errors), **basis, "coefficients": rows})
+        facts = {"name": each.name, "unit": each.unit, "slope": each.slope, "scatter": each.scatter}
+        loads.append(facts | {"errors": dict(each.errors), **basis, "coefficients": rows})
     centres = next((e.basis.centres.tolist() for e in surrogate.loads.values() if isinstance(e.basis, Kernels)), None)
     variables = [asdict(v) | {"unit": UNITS[v.name]} for v in surrogate.space.variables]
     for variable in variables:
@@ -318,8 +318,8 @@ def write_surrogate(surrogate: Surrogate, path: str | Path) -> Path:
 
 def _checksum(content: Mapping[str, Any]) -> str:
     """Of what a file says besides it."""
-    said = {name: value for name, value in content.items() if name != "checksum"}
-    return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
+    checked = {name: value for name, value in content.items() if name != "checksum"}
+    return hashlib.sha256(json.dumps(checked, sort_keys=True).encode()).hexdigest()
 
 
 def load_surrogate(path: str | Path, turbine: AnyTurbine | None = None) -> Surrogate:
@@ -334,15 +334,15 @@ def load_surrogate(path: str | Path, turbine: AnyTurbine | None = None) -> Surro
     Raises:
       InputError: the file cannot be read, is damaged or no load surrogate, or is that of another turbine.
     """
-    found = _read(path)
-    if not found.usable:
-        warn(f"{path}: {found.verdict}", stacklevel=2)
-    if turbine is not None and found.facts.get("turbine_hash") != turbine.content_hash():
+    surrogate = _read(path)
+    if not surrogate.usable:
+        warn(f"{path}: {surrogate.verdict}", stacklevel=2)
+    if turbine is not None and surrogate.facts.get("turbine_hash") != turbine.content_hash():
         raise InputError(
-            f"{path}: it was fitted to {found.turbine}, whose data differ from those of {turbine.name}; "
+            f"{path}: it was fitted to {surrogate.turbine}, whose data differ from those of {turbine.name}; "
             "make a surrogate of this turbine: meltemi surrogate design TURBINE"
         )
-    return found
+    return surrogate
 
 
 def _read(path: str | Path) -> Surrogate:
@@ -361,7 +361,7 @@ def _read(path: str | Path) -> Surrogate:
         known = {name: [v[name] for v in data["variables"]] for name in ("name", "lower", "upper", "least", "most")}
         space = Space(
             tuple(
-                Variable(
+                SiteVariable(
                     str(name),
                     tuple(map(float, lower)),
                     tuple(map(float, upper)),
@@ -381,11 +381,11 @@ def _read(path: str | Path) -> Surrogate:
                 basis = Polynomials(np.array(each["degrees"], dtype=np.int64))
             else:
                 basis = Kernels(np.array(data["centres"], dtype=float), np.array(each["lengths"], dtype=float))
-            own = (each["name"], each["unit"], float(each["slope"]), space, basis)
+            described = (each["name"], each["unit"], float(each["slope"]), space, basis)
             rows = np.array(each["coefficients"], dtype=float)
             if rows.shape[1] != basis(np.zeros((1, len(space.variables)))).shape[1] or not np.isfinite(rows).all():
                 raise ValueError(f"coefficients of {each['name']}")
-            loads[each["name"]] = LoadModel(*own, rows, float(each["scatter"]), each["errors"])
+            loads[each["name"]] = LoadModel(*described, rows, float(each["scatter"]), each["errors"])
         return Surrogate(data["turbine"], space, loads, data["facts"])
     except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: damaged, or no load surrogate ({type(error).__name__}: {error})") from None

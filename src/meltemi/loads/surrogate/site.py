@@ -95,17 +95,17 @@ class SiteTable(Record):
 
     def density(self, speed: Float) -> Float:
         """Probability density (k,) [s/m] of wind speeds [m/s]."""
-        found = np.zeros(len(speed))
+        density = np.zeros(len(speed))
         for s in self.sectors:
             x = np.asarray(speed) / s.weibull_scale
-            found += (
+            density += (
                 s.frequency
                 * s.weibull_shape
                 / s.weibull_scale
                 * x ** (s.weibull_shape - 1)
                 * np.exp(-(x**s.weibull_shape))
             )
-        return found
+        return density
 
 
 def read_site_table(path: str | Path, turbine: str | None = None) -> SiteTable:
@@ -166,8 +166,8 @@ def conditions_of(surrogate: Surrogate, site: SiteTable, slope: float = 10.0) ->
         turbulence = s.effective(middle, site.neighbours, slope)
         for sign, part in YAW:
             at = {SPEED: middle, "turbulence_intensity": turbulence}
-            own = ("shear_exponent", "air_density", "inclination")
-            at |= {name: np.full(len(middle), getattr(s, name)) for name in own}
+            constant = ("shear_exponent", "air_density", "inclination")
+            at |= {name: np.full(len(middle), getattr(s, name)) for name in constant}
             at["yaw_error"] = np.full(len(middle), sign * s.yaw_error)
             at |= {v.name: np.full(len(middle), v.upper[0]) for v in surrogate.space.variables[1:] if v.name not in at}
             probability.append(s.frequency * part * share)
@@ -222,8 +222,14 @@ class Suitability:
     @property
     def verdict(self) -> str:
         """``suitable`` (all loads are below those of the design), ``not suitable`` (one is above) or ``undecided``."""
-        found = [margin.verdict for margin in self.margins]
-        return "not suitable" if "no" in found else "undecided" if "undecided" in found or self.outside else "suitable"
+        verdicts = [margin.verdict for margin in self.margins]
+        return (
+            "not suitable"
+            if "no" in verdicts
+            else "undecided"
+            if "undecided" in verdicts or self.outside
+            else "suitable"
+        )
 
 
 def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -> Suitability:
@@ -235,9 +241,9 @@ def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -
       design: conditions that the turbine is designed for, such as ``class_table("IB")``.
     """
     margins, outside = [], dict[str, float]()
-    found = _by_slope(surrogate, (site, design))
+    conditions = _by_slope(surrogate, (site, design))
     for model in surrogate.loads.values():
-        (p, germ, beyond), (q, reference, _) = found[model.slope]
+        (p, germ, beyond), (q, reference, _) = conditions[model.slope]
         outside |= {name: max(share, outside.get(name, 0.0)) for name, share in beyond.items()}
         here, there = model.lifetime(p, germ), model.lifetime(q, reference)
         ratio, wide = here[0] / there[0], BAND * float(np.log(here / there)[1:].std())
@@ -266,8 +272,8 @@ def _clipped(surrogate: Surrogate, table: SiteTable, slope: float) -> tuple[Floa
 
 def lifetime_loads(surrogate: Surrogate, tables: Sequence[SiteTable]) -> dict[str, list[float]]:
     """Equivalent loads at 1 Hz of the lifetime by load, one for each site."""
-    found = _by_slope(surrogate, tables)
+    conditions = _by_slope(surrogate, tables)
     return {
-        name: [float(each.lifetime(p, g, 1)[0]) for p, g, _ in found[each.slope]]
+        name: [float(each.lifetime(p, g, 1)[0]) for p, g, _ in conditions[each.slope]]
         for name, each in surrogate.loads.items()
     }

@@ -35,7 +35,7 @@ REFERENCE_SPEED = 25.0
 
 
 @dataclass(frozen=True)
-class Variable:
+class SiteVariable:
     """A variable and its bounds.
 
     Attributes:
@@ -61,7 +61,7 @@ class Variable:
 class Space:
     """Variables of a surrogate; the first one is the mean wind speed."""
 
-    variables: tuple[Variable, ...]
+    variables: tuple[SiteVariable, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -115,13 +115,13 @@ def site_space(
     power = 0.4 * (rotor_radius / hub_height) * REFERENCE_SPEED
     shear = 0.23 * (1.0 - (0.4 * log(rotor_radius / hub_height)) ** 2) * REFERENCE_SPEED
     usual = (
-        Variable(SPEED, (cut_in,), (cut_out,)),
-        Variable("turbulence_intensity", (0.025,), (0.135, 1.224, 0.0, 54.0), 0.0, 0.5),
-        Variable("shear_exponent", (0.15, -shear), (0.22, power), -0.3, 0.8),
-        Variable("air_density", (1.0,), (1.35,)),
-        Variable("inclination", (-radians(10.0),), (radians(10.0),)),
-        Variable("yaw_error", (-radians(10.0),), (radians(10.0),)),
-        Variable("power_reference", (0.4 * rated_power,), (rated_power,)),
+        SiteVariable(SPEED, (cut_in,), (cut_out,)),
+        SiteVariable("turbulence_intensity", (0.025,), (0.135, 1.224, 0.0, 54.0), 0.0, 0.5),
+        SiteVariable("shear_exponent", (0.15, -shear), (0.22, power), -0.3, 0.8),
+        SiteVariable("air_density", (1.0,), (1.35,)),
+        SiteVariable("inclination", (-radians(10.0),), (radians(10.0),)),
+        SiteVariable("yaw_error", (-radians(10.0),), (radians(10.0),)),
+        SiteVariable("power_reference", (0.4 * rated_power,), (rated_power,)),
     )
     given = dict(bounds or {})
     for name in [*variables, *given]:
@@ -133,8 +133,8 @@ def site_space(
             raise InputError(f"bounds: {name} is not among the variables {', '.join(chosen)}")
         if not low < high:
             raise InputError(f"bounds of {name}: {low:g} and {high:g} must ascend")
-    own = {name: Variable(name, (float(low),), (float(high),)) for name, (low, high) in given.items()}
-    return Space(tuple(own.get(v.name, v) for v in usual if v.name in chosen))
+    replaced = {name: SiteVariable(name, (float(low),), (float(high),)) for name, (low, high) in given.items()}
+    return Space(tuple(replaced.get(v.name, v) for v in usual if v.name in chosen))
 
 
 def space_filling(dimensions: int, n: int, method: str = "sobol", *, seed: int = 1) -> Float:
