@@ -164,7 +164,7 @@ def test_what_holds_for_all_cases_is_said_once(tmp_path: Path, monkeypatch: pyte
     whole = verdict(design_loads(of, tmp_path / "all", DesignSettings(resamples=5)), None)
     assert whole.kind == "doubtful"
     assert (
-        whole.heading == f"Complete: {len(names)} load cases simulated without warnings of their own, 1 for all of them"
+        whole.heading == f"Complete: {len(names)} load cases simulated without warnings of single cases, 1 for all of them"
     )
 
 

@@ -40,9 +40,9 @@ if TYPE_CHECKING:
 BaseArgument = Annotated[Path, "Folder of a load base, as plan writes it."]
 SettingsOption = Annotated[Path | None, "Settings of the evaluation (YAML), such as extrapolation: weibull."]
 REPORTED = 30.0
-"""[s] between lines of progress where there is no terminal."""
+"""Time [s] between lines of progress where there is no terminal."""
 MOST_PROBLEMS = 20
-"""Cases that status lists."""
+"""Largest number of cases that status lists."""
 
 loads = CommandGroup(
     "Load bases: the design load cases of IEC 61400-1 on land, 61400-3-1 and 61400-3-2 at sea, for a turbine."
@@ -85,7 +85,7 @@ class PlanOptions:
     controller_input: ControllerInputOption = None
 
     def given(self, turbine: str) -> dict[str, Any]:
-        """Settings of the campaign of a turbine that are given, angles in radians; the controller may be its own."""
+        """Settings of a campaign from the options, angles in radians; the default controller is that of the turbine."""
         names = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
         names += ["inclination", "idle_pitch"]
         settings: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
@@ -103,7 +103,7 @@ class PlanOptions:
 
     def campaign(self, turbine: str) -> Campaign:
         """The campaign of a turbine."""
-        from meltemi.loads.loadbase.changes import read_changes
+        from meltemi.loads.loadbase.excel import read_changes
         from meltemi.loads.loadbase.table import AT_SEA
 
         at_sea = self.standard in AT_SEA
@@ -208,22 +208,17 @@ def _duration_words(cost: Cost, hours: float) -> str:
 
 def duration_text(seconds: float) -> str:
     """A duration with two digits: 45 s, 3.7 min, 12 h."""
-    value, unit = next(
-        (seconds / size, unit)
-        for size, unit in ((3600.0, "h"), (60.0, "min"), (1.0, "s"))
-        if seconds >= size or size == 1.0
-    )
-    return f"{value:.1f} {unit}" if value < 10.0 and unit != "s" else f"{value:.0f} {unit}"
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= size:
+            value = seconds / size
+            return f"{value:.1f} {unit}" if value < 10.0 else f"{value:.0f} {unit}"
+    return f"{seconds:.0f} s"
 
 
 def _show(plan: Plan) -> None:
-    """Print the rows of the plan, totals, and what cannot run."""
+    """Print the rows of the plan, totals, and reasons for which cases cannot run."""
     c, summary = plan.campaign, plan.summary()
-    rows = [
-        [each.name, each.situation, each.wind, each.type, each.factor, str(each.cases), f"{each.hours:.1f}",
-         str(each.unsupported or "")]
-        for each in summary
-    ]  # fmt: skip
+    rows = [[*row.texts, str(row.unsupported or "")] for row in summary]
     hours, lacking = sum(row.hours for row in summary), sum(row.unsupported for row in summary)
     rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{hours:.1f}", str(lacking or "")])
     head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
@@ -250,7 +245,7 @@ def metocean(
 
     text = metocean_file(site).read_text(encoding="utf-8")
     if out.exists():
-        raise InputError(f"{out}: is there already; choose another name with --out, or remove it")
+        raise InputError(f"{out}: exists already; choose another name with --out, or remove it")
     with replacing(out) as (partial,):
         partial.write_text(text, encoding="utf-8")
     wrote(out)
@@ -259,7 +254,7 @@ def metocean(
 
 @dataclass(frozen=True)
 class ExecutionOptions:
-    """How missing runs are made."""
+    """Options for the execution of missing runs."""
 
     shard: Annotated[str | None, "Only every N-th case, beginning with the k-th: k/N, e.g. 3/16."] = None
     workers: Annotated[int | None, "Threads [one for each core]."] = None
@@ -289,7 +284,7 @@ def _planned(base: Path) -> Plan:
 
 
 def _warn(plan: Plan) -> None:
-    """Say once what holds for all cases."""
+    """Print the warnings that hold for all cases."""
     from meltemi.loads.loadbase.coverage import turbine_warnings
 
     warn(turbine_warnings(plan))
@@ -372,12 +367,8 @@ def show(
         print(f"{entry.time:8.2f} s  {entry.what}{f': {entry.reason}' if entry.reason else ''}")
     warn(result.warnings)
     same = same_numbers(planned, base, case, result)
-    words = {
-        None: "not in the load base",
-        True: "equal to the load base in all digits",
-        False: "NOT that of the load base",
-    }
-    print(f"result: {words[same]}")
+    known = "equal to the load base in all digits" if same else "NOT that of the load base"
+    print(f"result: {'not in the load base' if same is None else known}")
     wrote(*files)
     suggest(*(("loads", "report", base) if same else ("loads", "status", base)))
 
@@ -401,8 +392,7 @@ def report(
     if against is not None and limits is not None:
         raise InputError("give either --against or --limits")
     planned, given = _planned(base), None if limits is None else read_limits(limits)
-    title = read_project(base, project)
-    of = read_settings(settings)
+    title, of = read_project(base, project), read_settings(settings)
     other = None if against is None else (str(against), meltemi.loads.design_loads(_planned(against), against, of))
     folder_for(base, "load base")
     with progress_bar("report"):

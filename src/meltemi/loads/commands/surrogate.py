@@ -75,9 +75,7 @@ def design(
 
     given: dict[str, Any] = {"turbine": turbine_key(turbine), "method": method}
     given |= {"points": points, "repeats": repeats, "checks": checks, "seeds": seeds, "realisation": realisation}
-    given |= {"duration": duration, "transient": transient}
-    if variables is not None:
-        given["variables"] = variables
+    given |= {"duration": duration, "transient": transient} | ({} if variables is None else {"variables": variables})
     if bounds is not None:
         given["bounds"] = {name: _interval(text) for name, text in pairs_of(bounds, "--bounds").items()}
     if loads is not None:
@@ -153,7 +151,7 @@ def fit(
 
 
 def _next(fitted: Surrogate, file: Path, *words: object) -> None:
-    """Suggest the next command; for a surrogate that is not usable as many points again as it has."""
+    """Suggest the next command; for a surrogate that is not usable, to double its points."""
     from meltemi.loads.surrogate.campaign import FILE
 
     points = int(fitted.facts.get("points", 64))
@@ -234,7 +232,7 @@ def site(
 
 
 def _loaded(file: Path, turbine: str | None) -> Surrogate:
-    """The surrogate of a file, which must be that of a turbine if one is named; says whether it is not usable."""
+    """The surrogate of a file, which must be of the turbine if one is named; warns if it is not usable."""
     with catch_warnings(record=True) as caught:
         simplefilter("always")
         fitted = meltemi.loads.load_surrogate(file, None if turbine is None else meltemi.load_turbine(turbine))

@@ -14,16 +14,16 @@ from meltemi.turbine.definition import Turbine
 
 Point = tuple[float, float]
 LENGTH = 15.0
-"""Of a drawn axis."""
+"""Length of an axis in a sketch."""
 TOP, RADIUS = 58.0, 36.0
-"""Height of the tower and radius of the rotor, as drawn."""
+"""Height of the tower and radius of the rotor in a sketch."""
 TILT, CONE = math.radians(8.0), math.radians(5.0)
-"""As drawn: larger than those of most turbines."""
+"""Angles in a sketch, larger than those of most turbines."""
 TURNED = math.radians(35.0)
 """Azimuth of blade 1 in sketches of rotating axes."""
 APEX: Point = (34.0, TOP + 6.0)
 LOW, HIGH = -9.0, 114.0
-"""Edges of a drawing."""
+"""Lower and upper edge of a sketch."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,7 @@
-"""Load case tables as Excel files: sheets ``cases``, ``faults`` and ``values``, to be edited and read again."""
+"""Changes of a load case table from a YAML or an Excel file, and tables as Excel files to be edited and read again.
+
+An Excel file has the sheets ``cases``, ``faults`` and ``values``.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +16,36 @@ from zipfile import ZipFile
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import validated
+from meltemi.core.yamlfile import parse, read_text, validated
 from meltemi.loads.loadbase.table import Fault, LoadCaseRow, LoadTable, load_table
 from meltemi.reports.workbook import openpyxl, save_workbook
 
 LARGEST = 20_000_000
-"""[bytes] of a file."""
+"""Largest size [bytes] of a file."""
 LARGEST_CONTENT = 50_000_000
-"""[bytes] of its parts, unpacked: some 10 s; a table has 0.2 MB."""
+"""Largest size [bytes] of the unpacked parts of a file: some 10 s; a table has 0.2 MB."""
 MOST_ROWS = 20_000
 PARTS = ("defaults", "factors", "extrapolation", "states")
 """Parts of a table whose values are in the sheet ``values``."""
 HEAD = ("part", "key", "value")
+
+
+def read_changes(path: str | Path, edition: int | str = 4) -> dict[str, Any]:
+    """Changes of a table from a YAML file, or from an Excel file, compared with the edition.
+
+    Raises:
+      InputError: the file cannot be read, or its changes are not valid.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".xlsx":
+        changes, text = read_excel(path, edition), None
+    else:
+        text = read_text(path)
+        changes = parse(text, path, "changes of a load case table")
+        if given := changes.keys() & {"edition", "extends"}:
+            raise InputError(f"{path}: {', '.join(sorted(given))}: the campaign has the edition; leave it out")
+    load_table(edition, changes, str(path), text)
+    return changes
 
 
 def write_excel(table: LoadTable, path: str | Path) -> Path:
@@ -67,7 +88,7 @@ def _sheet(book: Any, name: str, head: list[str], lines: list[list[Any]], notes:
 
 
 def _cell(value: Any) -> Any:
-    """A value as the content of a cell: text, a number, true or false; empty for nothing."""
+    """A value as the content of a cell: text, number, true or false; empty for none."""
     if isinstance(value, Record):
         value = value.content()
     if isinstance(value, tuple | list | dict):
@@ -88,7 +109,7 @@ def _values(table: LoadTable) -> list[tuple[str, str, Any]]:
 
 
 def read_excel(path: str | Path, edition: int | str) -> dict[str, Any]:
-    """Changes of the table of an edition that an Excel file has.
+    """Changes of the table of an edition by an Excel file.
 
     Raises:
       InputError: the file cannot be read, has other sheets or columns, or a value that is not allowed; or two rows have
@@ -103,25 +124,14 @@ def read_excel(path: str | Path, edition: int | str) -> dict[str, Any]:
     data["rows"] = _named(sheets["cases"], LoadCaseRow, f"{path}: sheet cases")
     data["faults"] = _named(sheets["faults"], Fault, f"{path}: sheet faults")
     for line, (part, key, value) in enumerate(_table(sheets["values"], HEAD, f"{path}: sheet values"), start=2):
-        keys = str(part).split(".", 1)
-        if keys[0] not in PARTS:
+        group, _, name = str(part).partition(".")
+        if group not in PARTS:
             raise InputError(f"{path}: sheet values, row {line}: no part {part!r}; {did_you_mean(str(part), PARTS)}")
-        target = data.setdefault(keys[0], {})
-        for name in keys[1:]:
-            target = target.setdefault(name, {})
-        target[str(key)] = _parsed(value, str(key))
-    for part in PARTS:
-        data[part] = _without_nothing(data.get(part, {}))
-    table = validated(data, LoadTable, str(path))
-    return differences(base, table)
-
-
-def _without_nothing(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        key: _without_nothing(value) if isinstance(value, Mapping) else value
-        for key, value in values.items()
-        if value is not None
-    }
+        target = data.setdefault(group, {})
+        target = target.setdefault(name, {}) if name else target
+        if (content := _parsed(value, str(key))) is not None:
+            target[str(key)] = content
+    return differences(base, validated(data, LoadTable, str(path)))
 
 
 def _read(path: Path) -> dict[str, list[tuple[Any, ...]]]:

@@ -1,4 +1,4 @@
-"""Cases of a load base as they run: key, run, and the row that is kept."""
+"""Jobs of a load base: key, run and reduced result of each case."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.turbulent import AnyWind, TurbulentWind, realised
 
 REDUCTION = 3
-"""Increased by every change of how cases begin, of what is kept of them, and of defaults that their content omits."""
+"""Version of the reduction, increased with every change of starts, of reduced results, and of omitted defaults."""
 FIRST = 2.0
-"""[s] of the wind over the rotor that give the speed in which a case of production begins."""
+"""Time [s] of the wind over the rotor whose mean is the speed in which a case of production begins."""
 WITHOUT_CONTROL = (
     *("pitch.reference_speed", "pitch.minimum", "pitch.maximum"),
     *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
 )
-"""Settings of the turbine's control that a run without control depends on."""
+"""Settings of the control on which a run without controller depends."""
 OF_RUN = ("wind", "controller", "start", "duration", "transient", "events", "grid", "sea")
 """Keys of a case on which its model does not depend."""
 MOST_MODELS = 16
-"""Models and controllers that are kept for further cases."""
+"""Largest number of models, and of controllers, that are kept for further cases."""
 T = TypeVar("T")
 WITH_FILES = ("bladed", "python")
 """Kinds of controllers that depend on files."""
@@ -59,11 +59,11 @@ class Job:
     """A case of a load base, ready to run anywhere.
 
     Attributes:
-      name: of the planned case.
-      key: hash of its resolved input, of the version of the physics, and of what is kept.
-      content: of its case file.
+      name: name of the planned case.
+      key: hash of its resolved input, of the version of the physics, and of the reduction.
+      content: content of its case file.
       cycles: whether cycles are counted, for fatigue.
-      slopes: of load channels; if given, only their equivalent loads and the statistics are kept.
+      slopes: S-N slopes of load channels; if given, only equivalent loads and statistics are kept.
     """
 
     name: str
@@ -74,20 +74,20 @@ class Job:
 
     @property
     def seconds(self) -> float:
-        """[s] simulated."""
+        """Simulated time [s]."""
         return float(self.content["duration"])
 
 
 @dataclass(frozen=True)
 class CaseRow:
-    """What is kept of a case.
+    """Stored result of a case.
 
     Attributes:
-      name, key: of the case.
-      status, message, warnings: of its run.
-      simulated: [s], including the initial transient.
-      wind_seconds, simulation_seconds, reduction_seconds: [s] of processor time.
-      version: of meltemi.
+      name, key: name and key of the case.
+      status, message, warnings: outcome of its run.
+      simulated: [s] simulated time, including the initial transient.
+      wind_seconds, simulation_seconds, reduction_seconds: [s] processor times.
+      version: version of meltemi.
       reduced: statistics and loads; None for a run that did not reach its end.
     """
 
@@ -119,16 +119,24 @@ def jobs_of(plan: Plan) -> list[Job]:
     return jobs
 
 
+def names_by_key(jobs: Iterable[Job]) -> dict[str, list[str]]:
+    """Names of the cases of each key; cases of equal input have one key."""
+    names: dict[str, list[str]] = {}
+    for job in jobs:
+        names.setdefault(job.key, []).append(job.name)
+    return names
+
+
 def case_key(
     content: dict[str, Any], cycles: bool, known: dict[str, str], slopes: dict[str, float] | None = None
 ) -> str:
     """Key of a case.
 
     Args:
-      content: of its case file; paths are absolute.
+      content: content of its case file; paths are absolute.
       cycles: whether cycles are counted.
       known: hashes of turbines and files, filled as they are needed.
-      slopes: of load channels, see :class:`Job`.
+      slopes: S-N slopes of load channels, see :class:`Job`.
 
     Raises:
       InputError: the turbine or a file of the controller cannot be read.
@@ -161,20 +169,20 @@ def _turbine_hash(name: str, controlled: bool) -> str:
 
 @dataclass(frozen=True, repr=False)
 class CaseField(WindBox):
-    """The wind of a case, known by the key of the case."""
+    """Wind of a case, identified by the key of the case."""
 
     key: str = ""
 
     def __post_init__(self) -> None:
-        """It was checked when it was made."""
+        """The original field was already checked."""
 
     def content_hash(self) -> str:
-        """The key of its case."""
+        """Key of the case."""
         return self.key
 
 
 class Workshop:
-    """Makes the runs of jobs, and their rows. Cases of the same turbine and options share a model.
+    """Runs of jobs, and their rows. Cases of the same turbine and options share a model.
 
     Args:
       hashed: whether results have a hash of the velocities of their wind, which takes a tenth of the time of a run.
@@ -188,7 +196,7 @@ class Workshop:
         self.first: dict[str, SteadyWind] = {}
 
     def run(self, job: Job) -> Run:
-        """The run of a job; its wind is made when its turn comes.
+        """The run of a job; its wind is computed when the run begins.
 
         Raises:
           InputError: its content is not valid.
@@ -228,7 +236,7 @@ class Workshop:
         return field
 
     def row(self, result: Result) -> CaseRow:
-        """The row of a result, in the thread that simulated it."""
+        """The row of a result; called in the thread that simulated it."""
         job, turbine, began, wind = self.begun.pop(str(result.meta["case"]))
         ended, kept = thread_time(), None
         if result.status.complete and job.slopes:
@@ -244,7 +252,7 @@ class Workshop:
 
 
 def _once(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
-    """What is known under a key, made where it is not; the first ones are dropped when they are many."""
+    """The object of a key, made if there is none; the oldest one is dropped when there are many."""
     if key not in known:
         if len(known) >= MOST_MODELS:
             del known[next(iter(known))]
@@ -253,7 +261,7 @@ def _once(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
 
 
 def unplanned_stop(log: Iterable[LogEntry]) -> str:
-    """When and why the supervisor stopped a case without events: from then on it has no loads of production."""
+    """Time and reason of a stop by the supervisor in a case without events, after which its loads are not valid."""
     for entry in log:
         if entry.source == "supervisor" and entry.what.endswith("stop"):
             return f"stopped at {entry.time:.1f} s: {entry.reason}"
@@ -261,7 +269,7 @@ def unplanned_stop(log: Iterable[LogEntry]) -> str:
 
 
 def first_wind(wind: Wind, mean: SteadyWind, start: Any, turbine: Turbine) -> SteadyWind:
-    """Wind in which a case begins: the mean one, in production with the speed that the rotor meets first.
+    """Wind in which a case begins: the mean wind, in production with the speed that the rotor meets first.
 
     A start in the mean of a gusty wind trips protections within seconds. The speed is rounded to 1 m/s, so that cases
     share starts.
@@ -281,10 +289,10 @@ def begin_of(wind: SteadyWind, model: BladedModel, start: Any) -> Any:
 
 
 def check_key(job: Job, known: dict[str, str]) -> None:
-    """Test that this process has the files and the version that a job's key is of.
+    """Test that this process has the files and the version from which the key of a job was computed.
 
     Raises:
-      InputError: it has not.
+      InputError: the keys differ.
     """
     if case_key(job.content, job.cycles, known, job.slopes) != job.key:
         raise InputError(

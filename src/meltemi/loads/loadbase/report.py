@@ -1,7 +1,7 @@
-"""Report of a load base: one HTML file with design loads, what they lack, and every case.
+"""Report of a load base: one HTML file with design loads, their gaps, and every case.
 
-What is missing or doubtful comes first, then the loads that govern, then all tables. Each number has its case, and the
-page gives the command that shows the case again.
+Missing and doubtful cases come first, then the governing loads, then all tables. Each number has its case, and the page
+gives the command that simulates the case again.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ if TYPE_CHECKING:
 FILE = "report.html"
 WORD = "report.docx"
 TABLES, WORKBOOK = "tables", "design_loads.xlsx"
-"""Folder beside it, and a file in that."""
+"""Folder beside the report, and a file in it."""
 SHOWN = 10
-"""Cases with a problem up to which the list of them is unfolded."""
+"""Largest number of problems whose list is unfolded."""
 CERTIFICATE = (
     "Not certified: rules and factors were taken from secondary sources; the values listed under assumptions must be "
     "replaced by those of the turbine."
@@ -93,22 +93,22 @@ def write_report(
     Excel file in the units of the report.
 
     Args:
-      plan: of the load base.
-      folder: of the load base.
+      plan: plan of the load base.
+      folder: folder of the load base.
       against: name and design loads of another load base, to which utilisations refer.
       limits: loads to which utilisations refer instead, by kind ("ultimate", "fatigue", "clearance", "motion"),
         interface and load, such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial
         safety factors.
-      design: its design loads; evaluated by default.
-      project: title block; that of ``project.yaml`` in the folder by default, if it is there.
+      design: design loads of the load base; evaluated by default.
+      project: title block; by default that of ``project.yaml`` in the folder, if that exists.
       word: whether ``report.docx`` is written, too.
 
     Returns:
       The files, the report first.
 
     Raises:
-      InputError: both ``against`` and ``limits`` are given, a limit names a load that is not there, a file cannot be
-        read or written, or a library for it is missing.
+      InputError: both ``against`` and ``limits`` are given, a limit names an unknown load, a file cannot be read or
+        written, or a library for it is missing.
     """
     if against is not None and limits is not None:
         raise InputError("utilisation: give another load base or limits, not both")
@@ -191,7 +191,7 @@ def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
 
 
 def facts(plan: Plan) -> list[tuple[str, str]]:
-    """What was computed, in pairs of name and value."""
+    """Facts of the computation, in pairs of name and value."""
     c, defaults = plan.campaign, plan.campaign.defaults(plan.table)
     site, file = c.site or c.metocean, Path(c.turbine).name
     where = c.iec_class.name if site is None else f"site {site.name}, {c.iec_class.name}"
@@ -210,18 +210,15 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
 
 
 def footer_text() -> str:
-    """Version and time of a page, and what it is not."""
+    """Version and time of a page, and the disclaimer."""
     return f"meltemi {meltemi.__version__}, physics {PHYSICS}, {datetime.now(UTC):%Y-%m-%d %H:%M} UTC. {CERTIFICATE}"
 
 
-# ------------------------------------------------------------------------------------------------------ verdict
-
-
 def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdict:
-    """What an engineer must know before reading a number."""
+    """Completeness, problems and exceeded limits, which an engineer must know before reading a number."""
     coverage = d.coverage
     total, good = int(coverage["cases"].sum()), int(coverage["ok"].sum())
-    counts = {state: int(coverage[state].sum()) for state in ("missing", "failed", "unsupported", "doubtful", "warned")}
+    counts = coverage[["missing", "failed", "unsupported", "doubtful", "warned"]].sum().astype(int).to_dict()
     without = counts["missing"] + counts["failed"] + counts["unsupported"]
     lines = [*d.notes]
     if counts["missing"]:
@@ -233,21 +230,19 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
         over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
         named += [f"{len(over) - 8} more"] if len(over) > 8 else []
-        lines.append(
-            f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1{': ' if named else ''}{'; '.join(named)}"
-        )
+        count = f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1"
+        lines.append(": ".join(filter(None, (count, "; ".join(named)))))
     if without:
         kind, heading = "bad", f"Incomplete: no results for {without} of {total} load cases"
     elif counts["doubtful"] or counts["warned"]:
         kind = "bad" if strikes else "doubtful"
         words = {"doubtful": "doubtful", "warned": "with warnings"}
-        heading = f"Complete: {total} load cases simulated, " + ", ".join(
-            f"{counts[s]} {w}" for s, w in words.items() if counts[s]
-        )
+        flawed = ", ".join(f"{counts[state]} {text}" for state, text in words.items() if counts[state])
+        heading = f"Complete: {total} load cases simulated, {flawed}"
     else:
         kind = "bad" if strikes else "doubtful" if d.common else "good"
         heading = f"Complete: {good} load cases simulated without warnings"
-        heading += f" of their own, {len(d.common)} for all of them" if d.common else ""
+        heading += f" of single cases, {len(d.common)} for all of them" if d.common else ""
     problems = d.problems[d.problems["state"] != "missing"]
     more: Folded | None = None
     if len(problems):
@@ -262,7 +257,7 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
 
 
 def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
-    """Utilisations above 1 of governing loads: of the larger end of each component, of fatigue, and of motions."""
+    """Utilisations above 1 of governing loads: the larger end of each component, fatigue loads and motions."""
     ends = {
         (place, driver)
         for place in d.ultimate.index.unique("interface")
@@ -275,13 +270,15 @@ def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
     return over.loc[counted].sort_values("ratio", ascending=False)
 
 
-def governing_driver(extremes: pd.DataFrame, name: str) -> str:
-    """The end of a component with the larger magnitude, at an interface; empty if there is none."""
+def governing_driver(extremes: pd.DataFrame, name: str, column: str = "") -> str:
+    """Driver of the end of a component with the larger magnitude, at an interface; empty if there is none.
+
+    Args:
+      extremes: loads of the interface, index driver.
+      column: column of its values; by default ``name``.
+    """
     drivers = [driver for driver in (f"{name} max", f"{name} min") if driver in extremes.index]
-    return max(drivers, key=lambda each: abs(float(extremes.at[each, name])), default="")
-
-
-# ------------------------------------------------------------------------------------------------ governing loads
+    return max(drivers, key=lambda each: abs(float(extremes.at[each, column or name])), default="")
 
 
 def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
@@ -306,7 +303,7 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
 
 
 def key_numbers(d: DesignLoads) -> Facts:
-    """A line of single numbers."""
+    """Key numbers: energy, clearance, extremes and stops."""
     numbers: list[tuple[str, str, Case | None]] = []
     if d.energy is not None:
         numbers.append(("annual energy", energy_words(d.energy), None))
@@ -338,9 +335,10 @@ def governing(place: str, extremes: pd.DataFrame, name: str, ratios: pd.DataFram
 
 
 def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> float:
-    """Of a load; NaN if there is none."""
-    known = ratios is not None and (kind, place, load) in ratios.index
-    return float(ratios.at[(kind, place, load), "ratio"]) if known and ratios is not None else math.nan
+    """Utilisation of a load; NaN if there is none."""
+    if ratios is None or (kind, place, load) not in ratios.index:
+        return math.nan
+    return float(ratios.at[(kind, place, load), "ratio"])
 
 
 def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
@@ -361,7 +359,7 @@ def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:
     """Utilisations against limits, in the form of ``compare_bases``.
 
     Raises:
-      InputError: a limit names a load that is not there, or is not a number.
+      InputError: a limit names an unknown load, or is not a number.
     """
     ratios = compare_bases(d, d)
     ratios["reference"], ratios["reference_case"], ratios["ratio"] = math.nan, "limit", math.nan
@@ -386,12 +384,9 @@ def read_limits(path: str | Path) -> dict[str, Any]:
     """Limits of a YAML file.
 
     Raises:
-      InputError: it cannot be read.
+      InputError: the file cannot be read.
     """
     return dict(read_mapping(Path(path)))
-
-
-# ------------------------------------------------------------------------------------------------------ commands
 
 
 def files_text(folder: str | Path, tables: list[Path]) -> str:
@@ -405,7 +400,7 @@ def files_text(folder: str | Path, tables: list[Path]) -> str:
 
 
 def commands(base: str) -> list[str | Code]:
-    """How the numbers come about again."""
+    """Commands that reproduce the numbers."""
     return [
         "To simulate a case again, with its series and a plot; the numbers are those of the load base in all digits:",
         Code(f"meltemi loads show {base} CASE --plot"),

@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 OF_BLADE = re.compile(r"_\d$")
 """Ending of the channels of a blade."""
 FIRST = "tower base moment fore aft"
-"""Shown first."""
+"""Channel that the chart shows first."""
 KEY_CHANNELS = {
     "tower base moment fore aft": ("max", "tower base\nlargest fore-aft"),
     "root moment out of plane": ("max", "blade root\nlargest out-of-plane"),
     "tip clearance": ("min", "least tip\nclearance"),
     "rotor speed": ("max", "largest\nrotor speed"),
 }
-"""Extremes in the list of cases, and their heads."""
+"""Extremes in the list of cases, with the heads of their columns."""
 
 
 def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
-    """Statistics in the units of the report, of all blades together.
+    """Statistics in the units of the report, over all blades together.
 
     Returns:
       index (channel in words, case); columns min, mean, max, unit: the smallest and largest of all blades.
@@ -45,16 +45,14 @@ def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
     if not len(raw):
         empty = pd.MultiIndex.from_tuples([], names=["channel", "case"])
         return pd.DataFrame(columns=["min", "mean", "max", "unit"], index=empty)
-    raw = raw[~raw["channel"].str.contains("@")]
-    names = raw["channel"].unique()
-    known = known_channels(plan.campaign.blades)
-    units = {name: _unit(name, known) for name in names}
-    words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in names}
+    raw, known = raw[~raw["channel"].str.contains("@")], known_channels(plan.campaign.blades)
     channel = raw["channel"]
-    factor = channel.map({name: factor for name, (_, factor) in units.items()}).to_numpy(float)
-    values = {end: raw[end].to_numpy(float) * factor for end in ("min", "mean", "max")}
-    frame = pd.DataFrame(values | {"channel": channel.map(words), "case": raw["case"].astype(str)})
-    merged = frame.groupby(["channel", "case"], sort=False).agg({"min": "min", "mean": "mean", "max": "max"})
+    units = {name: _unit(name, known) for name in channel.unique()}
+    words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in units}
+    ends = ["min", "mean", "max"]
+    values = raw[ends].mul(channel.map({name: factor for name, (_, factor) in units.items()}), axis=0)
+    frame = values.assign(channel=channel.map(words), case=raw["case"].astype(str))
+    merged = frame.groupby(["channel", "case"], sort=False).agg({end: end for end in ends})
     of_words = {words[name]: unit for name, (unit, _) in units.items()}
     return merged.assign(unit=merged.index.get_level_values("channel").map(of_words))
 
@@ -67,7 +65,7 @@ def _unit(name: str, known: dict[str, Any]) -> tuple[str, float]:
 
 
 def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Block]:
-    """Chart of the statistics of all cases, of a channel that is chosen.
+    """Chart of the statistics of all cases for a channel that the reader chooses.
 
     Args:
       bases: name, plan and :func:`statistics` of one or several load bases.
@@ -81,11 +79,9 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
             part = table.loc[channel].reindex(cases)
             ends = {end: part[end].to_numpy(float) for end in ("min", "mean", "max")}
             series.append({"label": channel, "unit": part["unit"].dropna().iloc[0]} | ends)
-        speeds = [case.variant.speed for case in plan.cases]
-        yaws = [case.variant.yaw or 0.0 for case in plan.cases]
         axes = [
-            {"label": "wind speed", "unit": "m/s", "values": speeds},
-            {"label": "yaw error", "unit": "deg", "values": yaws},
+            {"label": "wind speed", "unit": "m/s", "values": [case.variant.speed for case in plan.cases]},
+            {"label": "yaw error", "unit": "deg", "values": [case.variant.yaw or 0.0 for case in plan.cases]},
         ]
         dlc = [dlcs.index(case.dlc) for case in plan.cases]
         content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": series, "across": axes})
@@ -98,9 +94,8 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
 
 def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
     """All cases with conditions, state and main extremes; ``table``: their :func:`statistics`."""
-    keys = {
-        channel: table.loc[channel] for channel in KEY_CHANNELS if channel in table.index.get_level_values("channel")
-    }
+    channels = table.index.unique("channel")
+    keys = {channel: table.loc[channel] for channel in KEY_CHANNELS if channel in channels}
     heads = [f"{KEY_CHANNELS[channel][1]} {extremes['unit'].iloc[0]}" for channel, extremes in keys.items()]
     values = [extremes[KEY_CHANNELS[channel][0]].to_dict() for channel, extremes in keys.items()]
     problems = d.problems[["state", "message"]].to_dict("index")
@@ -139,7 +134,7 @@ def event_of(case: PlannedCase) -> str:
 
 
 def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
-    """The load case table as it was computed, and values that come from practice."""
+    """Load case table of the computation, and values that come from practice."""
     rows: list[list[Cell]] = []
     for row in plan.summary():
         numbers = d.coverage.loc[row.name] if row.name in d.coverage.index else None
@@ -147,13 +142,9 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
         lacking = "" if numbers is None else str(numbers["missing"] + numbers["unsupported"] or "")
         incomplete = numbers is not None and not numbers["complete"]
         title = plan.table.rows[row.name].title
-        texts = [row.name, title, row.situation, row.wind, row.type, row.factor]
-        rows.append(
-            [
-                *(*texts, plan.table.rows[row.name].characteristic, str(row.cases), f"{row.hours:.1f}", *counts),
-                Marked(lacking, "bad") if incomplete else lacking,
-            ]
-        )
+        name, *texts, cases, hours = row.texts
+        texts = [name, title, *texts, plan.table.rows[name].characteristic, cases, hours]
+        rows.append([*texts, *counts, Marked(lacking, "bad") if incomplete else lacking])
     head = "DLC,title,situation,wind,loads,factor,value,cases,hours,ok,doubtful,failed,lacking".split(",")
     table = Table(head, rows, caption="Design load cases")
     settings = d.settings

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from meltemi.core.units import display
 from meltemi.loads.loadbase.design import DesignLoads, compare_bases, design_loads
 from meltemi.loads.loadbase.plan import Plan
-from meltemi.loads.loadbase.report import FILE, facts, footer_text, utilisation, verdict
+from meltemi.loads.loadbase.report import FILE, facts, footer_text, governing_driver, utilisation, verdict
 from meltemi.loads.loadbase.report_cases import statistics, statistics_chart
 from meltemi.loads.loadbase.report_loads import GWH, LOADS, WITH, energy_words, load_heads, title_of, unit_of_driver
 from meltemi.loads.loadbase.settings import STANDARD, DesignSettings
@@ -47,9 +47,9 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
 
     Args:
       one: folder and plan of the load base.
-      other: of the one to which it is compared.
+      other: folder and plan of the reference.
       out: folder for the files.
-      settings: of the evaluation of both.
+      settings: settings of the evaluation of both.
 
     Returns:
       The two files.
@@ -88,9 +88,8 @@ def base_comparison(bases: tuple[Base, Base], designs: tuple[DesignLoads, Design
 
 
 def _input(bases: tuple[Base, Base]) -> Table:
-    """What was computed, side by side."""
-    (_, a), (_, b) = bases
-    both = zip(facts(a), facts(b), strict=True)
+    """Facts of both computations, side by side."""
+    both = zip(*(facts(plan) for _, plan in bases), strict=True)
     rows: list[list[Cell]] = [[name, one, other, "" if one == other else "differs"] for (name, one), (_, other) in both]
     return Table(["", bases[0][0], bases[1][0], ""], rows)
 
@@ -103,8 +102,7 @@ def _glance(ratios: pd.DataFrame, names: list[str]) -> Table:
         loads = ultimate.loc[place]
         cells: list[Cell] = [title_of(str(place))]
         for name in LOADS:
-            ends = [each for each in (f"{name} max", f"{name} min") if each in loads.index]
-            worst = max(ends, key=lambda each: abs(float(loads.at[each, "value"])))
+            worst = governing_driver(loads, name, "value")
             row, factor = loads.loc[worst], unit_of_driver(name)[1]
             values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
             cells.append(Entry(ratio=utilisation(ratios, "ultimate", str(place), worst), note=values))

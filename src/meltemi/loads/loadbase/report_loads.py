@@ -27,7 +27,7 @@ FORCE, MOMENT = display("N"), display("N m")
 LOADS = (*COMPONENTS, "F_res", "M_res")
 WITH, WITHOUT = "with partial safety factor", "without partial safety factor"
 SMALL_SHARE = 0.005
-"""Shares of damage below it are not printed."""
+"""Smallest share of damage that is printed."""
 HOUR, GWH = 3600.0, 3.6e12
 
 
@@ -52,7 +52,7 @@ def load_cells(row: pd.Series, drivers: Iterable[str]) -> dict[str, float]:
 
 
 def with_band(value: float, half_width: float) -> str:
-    """A value with its interval, if there is one."""
+    """A value with the half width of its interval, if that is finite."""
     return number(value) + (f" ± {number(half_width)}" if math.isfinite(half_width) else "")
 
 
@@ -66,11 +66,8 @@ def slopes_of(table: pd.DataFrame) -> list[float]:
     return [name for name in table.columns if isinstance(name, float | int)]
 
 
-# ------------------------------------------------------------------------------------------------ extreme loads
-
-
 def extreme_blocks(d: DesignLoads) -> list[Block]:
-    """For each interface the extremes with contemporaneous loads, with and without factor, and by row of the table."""
+    """Extremes of each interface with contemporaneous loads, with and without factor, and by row of the table."""
     if not len(d.ultimate):
         return []
     words = (
@@ -118,7 +115,7 @@ def _by_row(d: DesignLoads, place: str) -> Table:
 
 
 def extrapolation_blocks(d: DesignLoads) -> list[Block]:
-    """Load of DLC 1.1 with a return period of 50 years, by all ways."""
+    """Load of DLC 1.1 with a return period of 50 years, by all methods of extrapolation."""
     if not d.extrapolations:
         return []
     quantiles = [f"{factor:g} x {100.0 * q:g} % quantile" for factor, q in d.plan.table.extrapolation.quantiles]
@@ -148,7 +145,7 @@ def _exceedance(e: ExtrapolatedLoad) -> Chart:
     unit, factor = display(e.unit)
     extrapolation = e.gumbel or e.weibull
     assert extrapolation is not None
-    lowest = 0.3 * extrapolation.probability  # nothing below the probability that is asked for
+    lowest = 0.3 * extrapolation.probability  # the chart ends below the probability of interest
 
     def curve(name: str, x: Float, y: Float, colour: int, upper: Float | None = None, dots: bool = False) -> Curve:
         keep = (y if upper is None else upper) > lowest
@@ -219,11 +216,8 @@ def signal_table(d: DesignLoads) -> list[Block]:
     return [f"Characteristic values, {WITHOUT}.", Table(head, rows)] if rows else []
 
 
-# ------------------------------------------------------------------------------------------------------ fatigue
-
-
 def fatigue_blocks(d: DesignLoads) -> list[Block]:
-    """Lifetime equivalent loads, and where the damage comes from."""
+    """Lifetime equivalent loads, and the damage by load case and wind speed."""
     if not len(d.fatigue):
         return []
     slopes = slopes_of(d.fatigue)
@@ -244,12 +238,8 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
         for name, row in d.fatigue.iterrows()
         if str(row.load) in COMPONENTS and int(row.blade) in (0, 1)
     ]
-    return [
-        words,
-        Table(head, rows),
-        *chosen("Damage by load case, slope", shares),
-        *chosen("Damage by wind speed of", speeds),
-    ]
+    charts = [*chosen("Damage by load case, slope", shares), *chosen("Damage by wind speed of", speeds)]
+    return [words, Table(head, rows), *charts]
 
 
 def _slope_heads(slopes: Iterable[float]) -> list[str]:
@@ -269,7 +259,7 @@ def _shares(d: DesignLoads, slope: float) -> Table:
 
 
 def by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Chart:
-    """Share of the damage in each bin of the wind speed; what is beyond cut-out is one bin."""
+    """Share of the damage in each bin of the wind speed; wind beyond cut-out is one bin."""
     shares = 100.0 * d.shares.loc[channel]
     speeds, c = shares.index.get_level_values("speed").to_numpy(float), d.plan.campaign
     inner = [v for v in edges(sorted(d.powers.index))[1:-1] if c.cut_in < v < c.cut_out]
@@ -306,9 +296,6 @@ def rose_blocks(d: DesignLoads) -> list[Block]:
         parts.append((title_of(str(place)), [Beside(both), Table(head, rows)]))
     words = "Moments by direction, from the first transverse axis (0 deg) towards the second (90 deg)."
     return [words, *chosen("Interface", parts)] if parts else []
-
-
-# ------------------------------------------------------------------------------------- durations, energy, operation
 
 
 def duration_blocks(d: DesignLoads) -> list[Block]:
@@ -366,15 +353,11 @@ def _power_charts(powers: pd.DataFrame) -> list[Block]:
     if np.isfinite(half).any():
         curves.append(Curve("interval", speeds, power - half, upper=power + half, colour=0))
     energy = Curve("energy", speeds, powers["energy"].to_numpy(float) / 3.6e9)
-    wind, kilowatts, megawatt_hours = (
-        Axis("wind speed", "m/s"),
-        Axis("power", "kW", start=0.0),
-        Axis("energy", "MWh", start=0.0),
-    )
-    words = "mean of the production cases at each wind speed", "annual energy production in each wind speed bin"
+    wind, words = Axis("wind speed", "m/s"), "annual energy production in each wind speed bin"
+    mean = "mean of the production cases at each wind speed"
     return [
-        Chart("Power", wind, kilowatts, curves, words[0]),
-        Chart("Energy", wind, megawatt_hours, [energy], words[1]),
+        Chart("Power", wind, Axis("power", "kW", start=0.0), curves, mean),
+        Chart("Energy", wind, Axis("energy", "MWh", start=0.0), [energy], words),
     ]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,18 +23,18 @@ one, whose period is at least 0.71 of it. It decides at which height the wave wo
 
 @dataclass(frozen=True)
 class Variant:
-    """One combination of what a row varies; None: not varied.
+    """Combination of the conditions that a row varies; None: not varied.
 
     Attributes:
       model: wind model of IEC 61400-1.
-      speed: [m/s] mean at hub height.
+      speed: [m/s] mean wind speed at hub height.
       yaw: [deg] yaw error.
-      sense: +1 or -1, of a direction change or shear.
-      azimuth: [deg] of a locked rotor, or by which a gust or event is later in a revolution.
-      instant: [s] of the event after the begin of the gust; at a start, of the gust.
+      sense: sense of a direction change or shear, +1 or -1.
+      azimuth: [deg] azimuth of a locked rotor, or by which a gust or event is later in a revolution.
+      instant: [s] time of the event after the beginning of the gust; at a start, time of the gust.
       fault: name of the fault.
       seed: number of the seed, from 1.
-      waves: the sea.
+      waves: sea.
     """
 
     model: str
@@ -51,10 +50,10 @@ class Variant:
 
 @dataclass(frozen=True)
 class Setting:
-    """What the content of a case follows from.
+    """Conditions from which the content of a case follows.
 
     Attributes:
-      row: of the table, with all times.
+      row: row of the table, with all times.
       steady: whether EWM is the steady wind.
       number: seed of the turbulence.
       sea_number: seed of the waves.
@@ -70,7 +69,7 @@ class Setting:
 
     @property
     def begin(self) -> float:
-        """[s] at which the gust begins, or the event occurs without a gust."""
+        """Time [s] at which the gust begins, or at which the event occurs without a gust."""
         row, variant = self.row, self.variant
         assert row.transient is not None and row.begin is not None
         if row.situation == "start":
@@ -81,7 +80,7 @@ class Setting:
 
     @property
     def event(self) -> float:
-        """[s] at which the event occurs; faults of parked turbines are there from the begin of the run."""
+        """Time [s] of the event; parked turbines have their faults from the beginning of the run."""
         if self.row.situation not in OPERATING:
             return 0.0
         late = 0.0 if self.row.situation == "start" else self.variant.instant or 0.0
@@ -150,7 +149,7 @@ def sea_content(s: Setting) -> dict[str, Any]:
 
 
 def _at_site(wind: dict[str, Any], s: Setting) -> dict[str, Any]:
-    """The wind with turbulence and shear of the site; extreme winds and gusts keep the profile of the standard."""
+    """Wind with the turbulence and shear of the site; extreme winds and gusts keep the profile of the standard."""
     c, v = s.campaign, s.variant
     assert c.site is not None
     if v.model == "ETM":
@@ -172,23 +171,22 @@ def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
     return {key: content[key] for key in keys.split() if key in content}
 
 
-def _production(s: Setting) -> dict[str, Any]:
-    return {"controller": keyed(production_controller(s.campaign))}
-
-
-def _start(s: Setting) -> dict[str, Any]:
-    return {"controller": _supervised(s), "start": "standstill"}
-
-
-def _stop(request: str) -> Callable[[Setting], dict[str, Any]]:
-    def content(s: Setting) -> dict[str, Any]:
-        return {"controller": _supervised(s), "events": [{"at": s.event, "type": "request", "request": request}]}
-
-    return content
-
-
-def _supervised(s: Setting) -> dict[str, Any]:
-    return keyed(start_controller(s.campaign) or s.campaign.controller)
+def operation_content(s: Setting) -> dict[str, Any]:
+    """Controller, start, events and options of the operating situation of a case."""
+    c, situation = s.campaign, s.row.situation
+    if situation == "production":
+        return {"controller": keyed(production_controller(c))}
+    if situation == "idling":
+        return {"controller": {"kind": "fixed"}, "start": {"rotor_speed": "idling", "pitch": c.idle_pitch}}
+    if situation == "locked":
+        azimuth = round(math.radians(s.variant.azimuth or 0.0), 9)
+        start = {"rotor_speed": 0.0, "pitch": c.idle_pitch, "azimuth": azimuth}
+        return {"controller": {"kind": "fixed"}, "start": start, "options": {"locked": ["generator"]}}
+    supervised = keyed(start_controller(c) or c.controller)
+    if situation == "start":
+        return {"controller": supervised, "start": "standstill"}
+    stop = {"at": s.event, "type": "request", "request": situation.replace(" ", "_")}
+    return {"controller": supervised, "events": [stop]}
 
 
 def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
@@ -214,26 +212,6 @@ def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[
     return replaced
 
 
-def _parked(s: Setting) -> dict[str, Any]:
-    return {"controller": {"kind": "fixed"}, "start": {"rotor_speed": "idling", "pitch": s.campaign.idle_pitch}}
-
-
-def _locked(s: Setting) -> dict[str, Any]:
-    azimuth = round(math.radians(s.variant.azimuth or 0.0), 9)
-    start = {"rotor_speed": 0.0, "pitch": s.campaign.idle_pitch, "azimuth": azimuth}
-    return {"controller": {"kind": "fixed"}, "start": start, "options": {"locked": ["generator"]}}
-
-
-SITUATIONS: dict[str, Callable[[Setting], dict[str, Any]]] = {
-    "production": _production,
-    "start": _start,
-    "normal stop": _stop("normal_stop"),
-    "emergency stop": _stop("emergency_stop"),
-    "idling": _parked,
-    "locked": _locked,
-}
-
-
 def case_content(s: Setting) -> dict[str, Any]:
     """Content of the case file of a case, as :class:`meltemi.cases.case.LoadCase` reads it."""
     c, row = s.campaign, s.row
@@ -251,7 +229,7 @@ def case_content(s: Setting) -> dict[str, Any]:
         content["sea"] = sea_content(s)
     if environment := _environment(c):
         content["environment"] = environment
-    of_situation = SITUATIONS[row.situation](s)
+    of_situation = operation_content(s)
     content |= {key: value for key, value in of_situation.items() if key != "options"}
     content["options"] = merged(content["options"], of_situation.get("options", {}))
     if s.fault is not None:
@@ -278,7 +256,7 @@ def _environment(c: Campaign) -> dict[str, Any]:
 
 
 def missing(s: Setting) -> str:
-    """What the simulation lacks for a case; empty if it can run."""
+    """Reason for which a case cannot run; empty if it can."""
     c = s.campaign
     if s.row.situation == "start" and start_controller(c) is None:
         return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
@@ -288,6 +266,6 @@ def missing(s: Setting) -> str:
 
 
 def timed(row: LoadCaseRow, duration: float, transient: float, begin: float) -> LoadCaseRow:
-    """The row with the times that it does not give itself."""
+    """The row, with default times where it gives none."""
     defaults = {"duration": duration, "transient": transient, "begin": begin}
     return row.replace(**{name: value for name, value in defaults.items() if getattr(row, name) is None})

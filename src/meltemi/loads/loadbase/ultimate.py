@@ -21,6 +21,7 @@ from meltemi.loads.loadbase.interfaces import Interface
 from meltemi.loads.loadbase.settings import WAYS, Way
 from meltemi.loads.loadbase.weights import distribution, edges
 from meltemi.postprocess.extremes import (
+    COMPONENTS,
     DRIVERS,
     ExtremeRow,
     Rule,
@@ -47,14 +48,14 @@ class Runs:
     """Runs of a row with the same partial safety factor.
 
     Attributes:
-      row, dlc: of the table.
-      rule: of the characteristic value.
+      row, dlc: row of the table, and its design load case.
+      rule: rule of the characteristic value.
       factor: partial safety factor for loads.
-      places: (R,) of the runs among the cases that are evaluated.
-      names: (R,) of the cases.
-      groups: (R,) number of the group of which a mean is taken.
-      speeds: (R,) [m/s].
-      lacking: cases of the row without results.
+      places: (R,) indices of the runs among the cases that are evaluated.
+      names: (R,) names of the cases.
+      groups: (R,) number of the group over which a mean is taken.
+      speeds: (R,) [m/s] mean wind speeds.
+      lacking: number of cases of the row without results.
     """
 
     row: str
@@ -74,18 +75,18 @@ class Runs:
 
 @dataclass(frozen=True, repr=False)
 class ExtrapolatedLoad(Brief):
-    """Load of DLC 1.1 by all ways of extrapolation, without partial safety factor.
+    """Load of DLC 1.1 by all methods of extrapolation, without partial safety factor.
 
     Attributes:
       interface: name, or channel such as ``tip_out_of_plane``, or ``tip_towards_tower``.
-      driver: such as "My max"; "max" or "min" of a channel.
+      driver: load such as "My max"; "max" or "min" of a channel.
       unit: "N", "N m" or "m".
       speeds: (n,) [m/s] wind speeds.
-      extremes: for each speed the (seeds,) extremes of the runs.
-      largest: most severe of them.
+      extremes: (seeds,) extremes of the runs at each speed.
+      largest: most severe extreme.
       gumbel, weibull: extrapolations with their band; None where seeds are too few at all speeds.
-      left_out: by distribution, speeds [m/s] with too few seeds for it, or without scatter.
-      quantiles: loads by the simplified ways of the table, in its order; empty in edition 3.
+      left_out: speeds [m/s] with too few seeds or without scatter, by distribution.
+      quantiles: loads by the simplified methods of the table, in its order; empty in edition 3.
       factor: partial safety factor, which none of the loads contains.
     """
 
@@ -102,7 +103,7 @@ class ExtrapolatedLoad(Brief):
     factor: float
 
     def load(self, way: Way) -> float | None:
-        """The load by one of the ways; None if it cannot be determined that way."""
+        """The load by one of the methods; None if the method cannot determine it."""
         if way == "gumbel" or way == "weibull":
             extrapolation = self.gumbel if way == "gumbel" else self.weibull
             return None if extrapolation is None else extrapolation.load
@@ -144,7 +145,7 @@ def runs_of(results: Results) -> list[Runs]:
 
 
 def check_way(way: str, results: Results) -> None:
-    """Refuse a way of extrapolation that is not in the table."""
+    """Refuse a method of extrapolation that is not in the table."""
     if way in WAYS[2:] and len(results.plan.table.extrapolation.quantiles) <= WAYS.index(way) - 2:
         raise InputError(f"design_loads: {way} is not in the table of edition {results.plan.table.edition}")
 
@@ -155,12 +156,10 @@ def extrapolated_load(
     """All extrapolations of an extreme value of the runs of DLC 1.1.
 
     Args:
-      runs: of the row.
       values: (R,) extremes of the runs.
-      results: of the load base.
       names: interface, driver, unit.
-      smallest: the extremes are smallest values.
-      resamples: of the bootstrap.
+      smallest: whether the extremes are smallest values.
+      resamples: number of bootstrap samples.
     """
     campaign, table = results.plan.campaign, results.plan.table.extrapolation
     planned = sorted({c.variant.speed for c in results.plan.cases if c.row == runs.row})
@@ -211,14 +210,14 @@ def speed_shares(campaign: Campaign, speeds: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How characteristic values are formed.
+    """Evaluation of characteristic values.
 
     Attributes:
-      results: of the load base.
-      runs: of the rows of ultimate loads.
-      way: of extrapolation.
-      resamples: of the bootstrap.
-      extrapolations: all that were made.
+      results: results of the load base.
+      runs: runs of the rows of ultimate loads.
+      way: method of extrapolation.
+      resamples: number of bootstrap samples.
+      extrapolations: all extrapolated loads so far.
     """
 
     results: Results
@@ -275,12 +274,8 @@ def ultimate_tables(
         if tables:
             rows = governing_rows(tables)
             matrices.append(_matrix(evaluation, name, rows, times, blades))
-    by_row = (
-        pd.DataFrame([(*key, *line) for key, (_, line) in lines.items()], columns=BY_ROW)
-        .set_index(BY_ROW[:3])
-        .sort_index()
-    )
-    return pd.concat(matrices) if matrices else _no_matrix(), by_row
+    by_row = pd.DataFrame([(*key, *line) for key, (_, line) in lines.items()], columns=BY_ROW)
+    return pd.concat(matrices) if matrices else _no_matrix(), by_row.set_index(BY_ROW[:3]).sort_index()
 
 
 def _no_matrix() -> pd.DataFrame:
@@ -312,7 +307,7 @@ def _rows(evaluation: Evaluation, runs: Runs, name: str, loads: Float, plane: st
 def _matrix(
     evaluation: Evaluation, name: str, rows: Sequence[ExtremeRow], times: Float, blades: NDArray[np.intp]
 ) -> pd.DataFrame:
-    """Governing rows with what belongs to their cases."""
+    """Governing rows with the facts of their cases."""
     import pandas as pd
 
     results = evaluation.results
@@ -331,7 +326,7 @@ def _matrix(
 
 
 def blade_groups(interfaces: Iterable[Interface]) -> dict[str, list[Interface]]:
-    """Interfaces by name; those of the blades together, without the number of the blade."""
+    """Interfaces by name without the number of the blade: those of all blades together."""
     groups: dict[str, list[Interface]] = {}
     for each in interfaces:
         groups.setdefault(family(each.name), []).append(each)
@@ -345,7 +340,7 @@ def family(name: str) -> str:
 
 
 OF_BLADES = ("blade_", "root_", "station_", "tip_", "pitch_")
-"""Begins of the names of interfaces and channels of single blades."""
+"""Prefixes of the names of interfaces and channels of single blades."""
 
 
 def worst_member(parts: Sequence[pd.DataFrame], plane: str) -> tuple[Float, Float, NDArray[np.intp]]:
@@ -356,8 +351,7 @@ def worst_member(parts: Sequence[pd.DataFrame], plane: str) -> tuple[Float, Floa
       plane: transverse axes.
     """
     shape = (len(parts), -1, len(DRIVERS))
-    loads = np.stack([part[list("Fx Fy Fz Mx My Mz".split())].to_numpy(float) for part in parts])
-    loads = loads.reshape(*shape, 6)
+    loads = np.stack([part[list(COMPONENTS)].to_numpy(float) for part in parts]).reshape(*shape, 6)
     times = np.stack([part["time"].to_numpy(float) for part in parts]).reshape(shape)
     k = np.arange(len(DRIVERS))
     signs = np.where([driver.endswith("min") for driver in DRIVERS], -1.0, 1.0)

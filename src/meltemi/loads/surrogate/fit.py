@@ -22,13 +22,13 @@ from meltemi.turbine.library import load_turbine
 
 KINDS = ("polynomial", "gaussian")
 DRAWS = 24
-"""Draws of the coefficients that show their uncertainty."""
+"""Number of draws of the coefficients, which show their uncertainty."""
 DEGREE, NORM = 12, 0.6
 """Largest degree, and exponent q, of the hyperbolic truncation (LS-6)."""
 NEGLIGIBLE = 0.01
 """Share of a coefficient that the runs determine, below which its term is omitted."""
 LEARNED = 400
-"""Runs from which a Gaussian process learns its length scales; all count for its values."""
+"""Largest number of runs from which a Gaussian process learns its length scales; its values use all runs."""
 
 
 def candidates(dimensions: int, degree: int, norm: float = NORM) -> NDArray[np.int64]:
@@ -45,8 +45,8 @@ class Fit:
     """Basis and coefficients of one logarithm.
 
     Attributes:
-      coefficients: (1 + B, P): the fit, and draws that show its uncertainty.
-      noise: variance of the values about it.
+      coefficients: (1 + B, P) coefficients of the fit, and draws that show its uncertainty.
+      noise: variance of the values about the fit.
     """
 
     basis: Polynomials | Kernels
@@ -57,14 +57,13 @@ class Fit:
 def polynomial_fit(germ: Float, y: Float, seed: int = 0, degree: int = DEGREE, norm: float = NORM) -> Fit:
     """Polynomial chaos expansion whose coefficients are normally distributed a priori (LS-7).
 
-    Their variance falls with the degree at a rate of its own for each variable; rates and noise maximise the marginal
-    likelihood of the values. The draws are of the posterior distribution.
+    Their variance falls with the degree at a rate that differs between variables; rates and noise maximise the marginal
+    likelihood of the values. The draws are from the posterior distribution.
 
     Args:
-      germ: (n, d).
+      germ: (n, d) germs.
       y: (n,) values.
-      seed: of the draws.
-      degree, norm: of the truncation.
+      degree, norm: degree and exponent of the truncation.
     """
     from scipy.linalg import cho_factor, cho_solve
     from scipy.optimize import minimize
@@ -145,9 +144,7 @@ def fit_surrogate(
     """Fit a surrogate to the runs of a campaign except those of held-out points, and validate it with these.
 
     Args:
-      campaign: from ``surrogate_loads``, as the next two.
-      design: points of the runs.
-      loads: (n, L) equivalent loads.
+      campaign, design, loads: campaign, points of the runs and (n, L) equivalent loads, from ``surrogate_loads``.
       kind: "polynomial" chaos expansion or "gaussian" process.
       degree: largest degree of the polynomials; a lower one has fewer terms.
 
@@ -211,14 +208,14 @@ def further_points(
 ) -> Float:
     """Points (n, d) where further runs reduce the error of the lifetime loads most (LS-12).
 
-    A surrogate that is not usable does not know where that is: the points then fill the space.
+    The errors of a surrogate that is not usable give no such points: the points then fill the space.
 
     Args:
-      surrogate: of polynomial form.
+      surrogate: surrogate of polynomial form.
       n: number of points.
       probability: function of wind speeds (k,) [m/s], proportional to their probability density.
       candidates_per_point: points of a space-filling design for each chosen one.
-      seed: of the candidates and the choice.
+      seed: seed of the candidates and the choice.
     """
     from meltemi.loads.surrogate.space import space_filling
 

@@ -21,9 +21,9 @@ Rows = tuple[list[str], list[list[str]]]
 ERRORS = {"r2": "R2", "nrmse": "NRMSE %", "floor": "NRMSE of scatter %", "bias": "bias %"}
 """Heads of the errors at held-out points."""
 COLUMNS = 3
-"""Of panels of a validation."""
+"""Largest number of panels of a validation side by side."""
 VERDICTS = {"yes": COLOURS[5], "no": COLOURS[6], "undecided": COLOURS[1]}
-"""Colours of the answers whether a load is below that of the design."""
+"""Colours by whether a load is below that of the design."""
 
 
 def fit_rows(surrogate: Surrogate) -> Rows:
@@ -62,9 +62,8 @@ def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) 
     """Plot predicted loads over simulated ones, means over seeds, at held-out points; without any at all points.
 
     Args:
-      surrogate: of the campaign.
-      design: points of the runs, from ``surrogate_loads``.
-      loads: (n, L) equivalent loads, from there as well.
+      surrogate: surrogate of the campaign.
+      design, loads: points of the runs and their (n, L) equivalent loads, from ``surrogate_loads``.
     """
     at = design.check if design.check.any() else np.ones(len(design), dtype=bool)
     _, first, place, count = np.unique(design.point[at], return_index=True, return_inverse=True, return_counts=True)

@@ -1,8 +1,8 @@
 """Space of the site variables of a load surrogate, with bounds that depend on the wind speed.
 
-A bound is a polynomial in 1/U between two limits, U being the mean wind speed. The germ has the values of all variables
-between their bounds from -1 to 1. Equations LS-1 to LS-3 of ``docs/theory/surrogate.md``, which has the source of the
-bounds.
+A bound is a polynomial in 1/U between two limits, where U is the mean wind speed. The germ has the values of all
+variables, scaled from -1 to 1 between their bounds. Equations LS-1 to LS-3 of ``docs/theory/surrogate.md``, which has
+the source of the bounds.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ UNITS = {
 USUAL = tuple(UNITS)[:-1]
 """Default variables of a surrogate."""
 REFERENCE_SPEED = 25.0
-"""[m/s] of the bounds of the shear exponent."""
+"""Reference wind speed [m/s] of the bounds of the shear exponent."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class SiteVariable:
     """A variable and its bounds.
 
     Attributes:
-      name: such as ``shear_exponent``.
+      name: name such as ``shear_exponent``.
       lower, upper: coefficients of 1, 1/U, 1/U^2 ... of the bounds.
       least, most: limits of both bounds.
     """
@@ -73,7 +73,7 @@ class Space:
         return self.variables[0].lower[0], self.variables[0].upper[0]
 
     def bounds(self, speed: ArrayLike) -> tuple[Float, Float]:
-        """Lower and upper bounds (n, d) at wind speeds (n,) [m/s]; those of the least or largest one beyond them."""
+        """Lower and upper bounds (n, d) at wind speeds (n,) [m/s]; constant beyond the least and largest speed."""
         at = np.clip(speed, *self.ends)
         pairs = [variable.bounds(at) for variable in self.variables]
         return np.column_stack([low for low, _ in pairs]), np.column_stack([high for _, high in pairs])
@@ -103,14 +103,14 @@ def site_space(
     """Space of site variables of a turbine.
 
     Args:
-      hub_height, rotor_radius: [m].
-      cut_in, cut_out: [m/s].
-      rated_power: [W].
+      hub_height, rotor_radius: [m] hub height and rotor radius.
+      cut_in, cut_out: [m/s] cut-in and cut-out wind speed.
+      rated_power: [W] rated power.
       variables: names; ``speed`` is always the first.
       bounds: constant bounds by name, in place of the usual ones.
 
     Raises:
-      InputError: there is no such variable, or bounds do not ascend or are those of no variable.
+      InputError: there is no such variable, or bounds do not ascend or belong to no variable.
     """
     power = 0.4 * (rotor_radius / hub_height) * REFERENCE_SPEED
     shear = 0.23 * (1.0 - (0.4 * log(rotor_radius / hub_height)) ** 2) * REFERENCE_SPEED
@@ -141,10 +141,9 @@ def space_filling(dimensions: int, n: int, method: str = "sobol", *, seed: int =
     """Germs (n, d) that fill the cube.
 
     Args:
-      dimensions: d.
+      dimensions: number d of dimensions.
       n: number of points.
       method: "sobol" (scrambled; more points continue the sequence) or "latin" (hypercube).
-      seed: of the scrambling or permutations.
 
     Raises:
       InputError: there is no such method, or ``n`` is not positive.
