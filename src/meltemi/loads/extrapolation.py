@@ -26,7 +26,7 @@ Float = NDArray[np.float64]
 Distribution = Literal["gumbel", "weibull"]
 
 FIFTY_YEARS = 3.8e-7
-"""Probability in ten minutes of what happens once in 50 years: 600 s over 50 years."""
+"""Probability in ten minutes of an event with a return period of 50 years: 600 s over 50 years."""
 LEAST = {"gumbel": 6, "weibull": 15}
 """Smallest number of extremes of a fit: two parameters, and three of which one follows from the skewness."""
 SHAPES = np.geomspace(0.6, 20.0, 400)
@@ -65,7 +65,7 @@ class ExtremeFit:
 
 @dataclass(frozen=True, repr=False)
 class Extrapolation(Brief):
-    """Extrapolated load with its confidence band, and what a plot of it shows.
+    """Extrapolated load with its confidence band, and the data of a plot.
 
     Attributes:
       load: load exceeded with ``probability`` in ten minutes, in the unit of the extremes.

@@ -240,15 +240,13 @@ def metocean(
     out: Annotated[Path, "File to write."] = Path("metocean.yaml"),
 ) -> None:
     """Write the conditions of a site in the sea as a file, to be edited."""
-    from meltemi.core.files import replacing
+    from meltemi.core.files import write_text
     from meltemi.loads.loadbase.metocean import metocean_file
 
     text = metocean_file(site).read_text(encoding="utf-8")
     if out.exists():
         raise InputError(f"{out}: exists already; choose another name with --out, or remove it")
-    with replacing(out) as (partial,):
-        partial.write_text(text, encoding="utf-8")
-    wrote(out)
+    wrote(write_text(out, text))
     suggest("loads", "plan", "iea15mw-monopile", "--standard", "61400-3-1", "--site", out, "--quick")
 
 
@@ -301,7 +299,7 @@ def shard_of(text: str | None) -> tuple[int, int]:
 
 
 def progress_lines(bar: Callable[[float], None]) -> Callable[[Progress], None]:
-    """Progress as a bar, and as lines where there is no terminal."""
+    """Callback that shows progress as a bar, and as lines where there is no terminal."""
     from rich.console import Console
 
     terminal, last = Console(stderr=True).is_terminal, [monotonic()]

@@ -87,7 +87,7 @@ class Campaign(Record):
 
     controller: NamedCase = SupervisedCase(kind="supervised")
     """Controller, as in a case file. The supervised one is the baseline controller in production. A scheme has a
-    supervisor, too, and its gains when the campaign is made."""
+    supervisor, too, and receives its gains with the campaign."""
     idle_pitch: float = Field(gt=-1.6, lt=3.2)
     """Pitch angle [rad; 0.5 to 1.7] of idling and locked rotors."""
     normal_rate: float = Field(gt=0.0, le=2.0)
@@ -236,7 +236,7 @@ def make_campaign(
     else:
         described = aeroelastic(load_turbine(turbine), "meltemi loads")
     described = aeroelastic(described, "meltemi loads")
-    load_table(edition)  # the message of an unknown edition goes first
+    load_table(edition)  # reports an unknown edition first
     data |= {
         "edition": edition,
         "wind_class": wind_class,
@@ -284,7 +284,7 @@ def make_campaign(
 
 
 def _ready(campaign: Campaign, turbine: Turbine) -> ControllerCase:
-    """Controller with the gains of its scheme, for the turbine with what the scheme requires; tried for a few steps."""
+    """Controller with the gains of its scheme for the equipped turbine; it is tried for a few steps."""
     case = campaign.controller
     if isinstance(case, BaselineCase) and (case.scheme or case.load):
         case = supervised_form(case) or case

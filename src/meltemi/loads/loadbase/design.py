@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.core.shown import Brief
 from meltemi.loads.extrapolation import LEAST
@@ -42,7 +43,6 @@ from meltemi.loads.loadbase.ultimate import (
     EXTRAPOLATED,
     Evaluation,
     ExtrapolatedLoad,
-    check_way,
     runs_of,
     ultimate_tables,
 )
@@ -151,7 +151,8 @@ def design_loads(plan: Plan, folder: str | Path, settings: DesignSettings = STAN
       InputError: the method of extrapolation is not in the table, or the turbine or a file cannot be read.
     """
     results = read_results(plan, folder, doubtful=settings.doubtful)
-    check_way(settings.extrapolation, results)
+    if settings.extrapolation in WAYS[2 + len(plan.table.extrapolation.quantiles) :]:
+        raise InputError(f"design_loads: {settings.extrapolation} is not in the table of edition {plan.table.edition}")
     turbine = aeroelastic(load_turbine(plan.campaign.turbine), "design_loads")
     interfaces, extremes = interfaces_of(turbine), Extremes(results)
     evaluation = Evaluation(results, runs_of(results), settings.extrapolation, settings.resamples, [])

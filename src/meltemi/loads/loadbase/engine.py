@@ -231,7 +231,7 @@ def grouped(jobs: Sequence[Job]) -> list[list[Job]]:
 
 
 class _Count:
-    """Counts what is done, and estimates the time left."""
+    """Count of finished cases, with an estimate of the time left."""
 
     def __init__(self, jobs: Sequence[Job], progress: Callable[[Progress], None] | None) -> None:
         self.seconds = {job.key: job.seconds for job in jobs}
@@ -247,7 +247,7 @@ class _Count:
             return
         # a copy, since other threads add keys
         whole, done = sum(self.seconds.values()), sum(self.seconds[key] for key in list(self.keys)) + under_way
-        if self.began is None:  # what came before the end of the first case, such as compilation, comes once
+        if self.began is None:  # work before the end of the first case, such as compilation, occurs once
             self.before, self.began = done, perf_counter()
         spent, gained = perf_counter() - self.began, done - self.before
         left = spent * (whole - done) / gained if gained > 0.0 else None
@@ -353,10 +353,10 @@ def run_on_dask(address: str, groups: Iterable[Sequence[Job]], finished: Finishe
 
 
 def compute(jobs: Sequence[Job]) -> list[CaseRow]:
-    """Rows of jobs, one after the other: what a worker of a cluster does.
+    """Rows of jobs, run one after the other by a worker of a cluster.
 
     Raises:
-      InputError: this process has other files or another version than the one that made the jobs.
+      InputError: this process has other files or another version than the process of the jobs.
     """
     known: dict[str, str] = {}
     for job in jobs:

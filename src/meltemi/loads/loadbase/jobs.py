@@ -220,8 +220,10 @@ class Workshop:
         run = case_run(case, model.turbine, Path(), model=model, controller=controller)
 
         def start() -> Any:
-            wind = self.first.pop(job.name, None)
-            return run.start if wind is None else begin_of(wind, model, run.start)
+            if (wind := self.first.pop(job.name, None)) is None:
+                return run.start
+            point, words = initial_state(model, wind, run.start)  # computed once for all cases that share it
+            return point if isinstance(point, OperatingPoint) and words == point.warnings else run.start
 
         return replace(run, name=job.name, start=start, wind=lambda: self._wind(job, run, model.turbine))
 
@@ -280,12 +282,6 @@ def first_wind(wind: Wind, mean: SteadyWind, start: Any, turbine: Turbine) -> St
     planes = replace(wind, velocity=wind.velocity[begin : begin + max(round(FIRST / wind.dt), 2)])
     speed = float(rotor_average(planes, turbine.hub_height, turbine.rotor_radius).mean())
     return mean.replace(speed=max(float(round(speed)), turbine.cut_in))
-
-
-def begin_of(wind: SteadyWind, model: BladedModel, start: Any) -> Any:
-    """The start in a wind, computed once for all cases that share it."""
-    point, words = initial_state(model, wind, start)
-    return point if isinstance(point, OperatingPoint) and words == point.warnings else start
 
 
 def check_key(job: Job, known: dict[str, str]) -> None:

@@ -103,7 +103,7 @@ class Metocean(Record):
     source: str = ""
     """Source of the values."""
     wind_class: str | WindClass = "IB"
-    """Class whose turbulence and extreme winds the site has; the option of the command goes first."""
+    """Class whose turbulence and extreme winds the site has; an option of the command replaces it."""
     weibull_scale: float | None = Field(default=None, gt=0.0, le=60.0)
     """Scale parameter of the distribution of the wind speed [m/s; 4 to 20]; by default Rayleigh's with the mean of the
     class."""

@@ -60,7 +60,7 @@ class Project(Record):
 
 
 def read_project(folder: str | Path, file: str | Path | None = None) -> Project | None:
-    """Title block of a YAML file, by default ``project.yaml`` in the folder of the load base if it is there.
+    """Title block of a YAML file, by default ``project.yaml`` in the folder of the load base if that exists.
 
     Raises:
       InputError: the file cannot be read, or has an unknown key.

@@ -137,7 +137,7 @@ def load_report(
     to: str = "",
     title: Project | None = None,
 ) -> Document:
-    """The report of a load base; ``tables``: files beside it; ``ratios``: utilisations, and what they refer ``to``."""
+    """Report of a load base; ``tables``: files beside it; ``ratios``: utilisations, with their reference ``to``."""
     c, table = plan.campaign, statistics(plan, folder)
     sections = [
         Section("Governing loads", [*glance(d, ratios, to)]),

@@ -57,7 +57,7 @@ class Site(Record):
     air_density: float = Field(default=1.225, gt=0.0, lt=3.0)
     """Density [kg/m^3] of the air."""
     neighbours: tuple[float, ...] = ()
-    """Distances of other turbines in rotor diameters, whose wakes normal turbulence then includes (Frandsen)."""
+    """Distances of other turbines in rotor diameters; normal turbulence then includes their wakes (Frandsen)."""
     slope: float = Field(default=10.0, ge=1.0, le=20.0)
     """S-N slope of the effective turbulence intensity of fatigue loads; the largest one of the turbine is safe."""
 

@@ -227,7 +227,8 @@ def case_content(s: Setting) -> dict[str, Any]:
         content["imbalance"] = {"pitch": [c.pitch_imbalance, -c.pitch_imbalance], "mass": [c.mass_imbalance]}
     if s.variant.waves is not None:
         content["sea"] = sea_content(s)
-    if environment := _environment(c):
+    environment = c.environment.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
+    if environment := environment | ({"air_density": c.site.air_density} if c.site is not None else {}):
         content["environment"] = environment
     of_situation = operation_content(s)
     content |= {key: value for key, value in of_situation.items() if key != "options"}
@@ -246,13 +247,6 @@ def case_content(s: Setting) -> dict[str, Any]:
     if not content["options"]:
         del content["options"]
     return content
-
-
-def _environment(c: Campaign) -> dict[str, Any]:
-    environment = c.environment.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
-    if c.site is not None:
-        environment["air_density"] = c.site.air_density
-    return environment
 
 
 def missing(s: Setting) -> str:

@@ -259,7 +259,7 @@ class State(Assumed):
 
 
 class Defaults(Assumed):
-    """Values for rows that do not give their own; a campaign may change them."""
+    """Defaults of values that rows leave out; a campaign may change them."""
 
     duration: float = Field(default=600.0, gt=0.0)
     """Evaluated duration [s] of a case."""
@@ -374,7 +374,7 @@ def edition_content(edition: int | str) -> dict[str, Any]:
 
 
 def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Content of a table with changes, which name only what differs.
+    """Content of a table with changes, which name only the differences.
 
     Rows and faults are changed by name; ``without`` lists rows to leave out. A row with a new name is added; ``like``
     names a row that it takes everything else from.

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.loads.extrapolation import LEAST, Distribution, Extrapolation, Float, extrapolate, fit_extremes
 from meltemi.loads.loadbase.coverage import Results
@@ -142,12 +141,6 @@ def runs_of(results: Results) -> list[Runs]:
             )
         )
     return groups
-
-
-def check_way(way: str, results: Results) -> None:
-    """Refuse a method of extrapolation that is not in the table."""
-    if way in WAYS[2:] and len(results.plan.table.extrapolation.quantiles) <= WAYS.index(way) - 2:
-        raise InputError(f"design_loads: {way} is not in the table of edition {results.plan.table.edition}")
 
 
 def extrapolated_load(

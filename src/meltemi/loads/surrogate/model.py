@@ -235,7 +235,7 @@ class Surrogate:
 
     @property
     def verdict(self) -> str:
-        """Whether its loads may be used: ``usable``, or which are not, why, and what to do."""
+        """Whether its loads may be used: ``usable``, or the loads that are not, with reason and remedy."""
         bad = [each for each in self.loads.values() if each.verdict == "not usable"]
         if not bad:
             checked = all(each.verdict == "usable" for each in self.loads.values())
@@ -341,7 +341,7 @@ def load_surrogate(path: str | Path, turbine: AnyTurbine | None = None) -> Surro
     if turbine is not None and surrogate.facts.get("turbine_hash") != turbine.content_hash():
         raise InputError(
             f"{path}: it was fitted to {surrogate.turbine}, whose data differ from those of {turbine.name}; "
-            "make a surrogate of this turbine: meltemi surrogate design TURBINE"
+            "design a surrogate of this turbine: meltemi surrogate design TURBINE"
         )
     return surrogate
 
@@ -355,7 +355,7 @@ def _read(path: str | Path) -> Surrogate:
         if data["version"] != VERSION:
             raise InputError(
                 f"{path}: version {data['version']!r} of the format; this meltemi reads {VERSION}: "
-                "'meltemi surrogate fit FOLDER' writes it anew"
+                "'meltemi surrogate fit FOLDER' writes it again"
             )
         if data.get("checksum") != _checksum(data):
             raise InputError(f"{path}: damaged or changed: its checksum does not match its content")
