@@ -19,6 +19,7 @@ UPWARD = {
     ("simulation", "analyses"),  # states in which a run begins that no plain one needs
     ("simulation", "electrical"),  # parts
     ("simulation", "floating"),
+    ("simulation", "postprocess"),  # a result as a table
     ("simulation", "sea"),
     ("simulation", "supervisor"),  # words for its states
     ("turbine", "electrical"),  # fields of a turbine
@@ -28,9 +29,7 @@ UPWARD = {
 }
 """Packages that name modules of a layer above their own, to be imported by those who ask for them."""
 BY_NAMESPACE = {
-    ("app", "exchange"),  # decks as turbines and cases
     ("app", "gradients"),  # compiled in advance
-    ("app", "view"),
     ("cases", "sea"),  # types of fields
     ("controllers", "exchange"),  # FMUs by their file
     ("simulation", "sea"),
@@ -42,8 +41,8 @@ BY_NAMESPACE = {
 """Packages that take a name of a layer above their own from a namespace, in functions or for types."""
 HOMES = {
     "control": {"bladed_controllers", "control_laws", "controllers", "farm", "power_control", "supervisor"},
-    "environment": {"sea"},
-    "turbine": {"electrical", "floating", "sea", "studies"},
+    "environment": {"sea", "studies"},
+    "turbine": {"analyses", "electrical", "floating", "sea", "studies"},
     "wind": {"iec", "turbulence"},
 }
 """Layers above a namespace that is a package where its public names are defined; one that is a module is above all."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import InputError
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.cases.case import LoadCase
 from meltemi.control import Droop, PowerControl, PowerController, StartPoint
 from meltemi.control import signals as s
@@ -28,7 +29,6 @@ from meltemi.power_control.controller import power_settings, shaft_inertia
 from meltemi.power_control.law import lower_speed, optimal_gain
 from meltemi.power_control.rotor import gain_at_pitch, power_coefficient, rotor_tables
 from meltemi.power_control.state import PowerControlState
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 
 Float = NDArray[np.float64]

@@ -13,10 +13,10 @@ from meltemi import Environment, InputError
 from meltemi.electrical.system import nominal_frequency
 from meltemi.environment import Air, Climate, PowerGrid, TimeSeries, air_density, load_climate
 from meltemi.environment.air import site_pressure, vapour_pressure
-from meltemi.environment.climate import MONTH_HOURS
 from meltemi.environment.conditions import Conditions, conditions_now
 from meltemi.environment.course import conditions_array
 from meltemi.environment.gases import R_DRY, R_VAPOUR
+from meltemi.studies.climate.climates import MONTH_HOURS
 
 TIME, AIR_DENSITY, AIR_TEMPERATURE, GRID_FREQUENCY = (
     Conditions.index(name) for name in ("time", "air_density", "air_temperature", "grid_frequency")

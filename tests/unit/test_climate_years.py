@@ -14,11 +14,11 @@ import pytest
 
 from meltemi import InputError, Turbine
 from meltemi.environment import air_density
-from meltemi.environment.climate import MONTH_HOURS, load_climate
 from meltemi.environment.drops import water_content
 from meltemi.papers.palanimuthu2022.beyond import climate as part
 from meltemi.papers.palanimuthu2022.beyond.climate import study, years
 from meltemi.reports.blocks import Block, Table
+from meltemi.studies.climate.climates import MONTH_HOURS, load_climate
 from meltemi.studies.climate.response import ICED, SHED, SLOPES, WET, Response, ResponseSetup, WeatherState
 from meltemi.studies.climate.tables import month_table
 from meltemi.studies.climate.weather import periods, read_weather

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import InputError, Model, Turbine
 from meltemi.analyses.linear import LinearModel
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.io import export_rosco, linear_set, read_rosco_table, rosco_settings, write_linear_set, write_rosco_table
 from meltemi.tuning.baseline_tuning import BaselineTuning
-from meltemi.turbine.performance import RotorPerformance
 
 READER = r"""
 program read_table  ! by line numbers, as ROSCO does

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from meltemi.aero.coefficient import power_coefficient, rotor_coefficients, thrust_coefficient
+from meltemi.analyses.rotor_performance import Float, RotorPerformance
 from meltemi.core.errors import InputError
 from meltemi.simulation.case import Case
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.turbine.performance import Float, RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, CalibratedCoefficient, PowerTurbine, TableCoefficient, aeroelastic
 from meltemi.wind.fields import SteadyWind
 

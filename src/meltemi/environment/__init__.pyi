@@ -1,9 +1,6 @@
 from meltemi.core.series import TimeSeries as TimeSeries
 from meltemi.environment.air import Air as Air
 from meltemi.environment.air import air_density as air_density
-from meltemi.environment.climate import Climate as Climate
-from meltemi.environment.climate import list_climates as list_climates
-from meltemi.environment.climate import load_climate as load_climate
 from meltemi.environment.grid import PowerGrid as PowerGrid
 from meltemi.environment.rain import Rain as Rain
 from meltemi.environment.site import Environment as Environment
@@ -18,3 +15,6 @@ from meltemi.sea.irregular import UserSpectrum as UserSpectrum
 from meltemi.sea.regular import RegularSea as RegularSea
 from meltemi.sea.sea_part import steady_sea as steady_sea
 from meltemi.sea.spreading import Spreading as Spreading
+from meltemi.studies.climate.climates import Climate as Climate
+from meltemi.studies.climate.climates import list_climates as list_climates
+from meltemi.studies.climate.climates import load_climate as load_climate

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from meltemi.analyses.performance import performance_of
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.bladed_controllers.rosco import edit_discon
 from meltemi.core.errors import InputError
 from meltemi.core.files import text_of, write_text
 from meltemi.environment.site import Environment
 from meltemi.tuning.baseline_tuning import BaselineTuning, tune_baseline
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine
 
 SCHEDULED = 30

@@ -8,6 +8,7 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.compiler import kernel
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.signals import Demands, Measurements
@@ -22,7 +23,6 @@ from meltemi.power_control.settings import SCHEMES, PowerControl
 from meltemi.power_control.state import PowerControlState
 from meltemi.power_control.tables import NUMBER
 from meltemi.turbine.moments import blade_moments
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Float = NDArray[float64]

@@ -25,6 +25,7 @@ from numpy import float64
 from numpy.typing import NDArray
 from pydantic import Field
 
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.compiler import Table, crossed, kernel, number, part
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.signals import Demands, Measurements
@@ -37,7 +38,6 @@ from meltemi.power_control.law import power_step, third_root
 from meltemi.power_control.settings import PowerControl
 from meltemi.power_control.state import PowerControlState
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 
 FEATURE = "coordinated control"

@@ -18,11 +18,11 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.compiler import kernel, whole
 from meltemi.control_laws.lookup import bilinear, linear
 from meltemi.core.errors import InputError
 from meltemi.power_control.state import PowerControlState
-from meltemi.turbine.performance import RotorPerformance
 
 Float = NDArray[float64]
 

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from meltemi.analyses.campbell import Campbell
+    from meltemi.analyses.rotor_performance import RotorPerformance
     from meltemi.simulation.model import Model
     from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result
-    from meltemi.turbine.performance import RotorPerformance
 
 EVERYBODY = (
     "wind_x",

@@ -7,6 +7,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.core.errors import InputError
 from meltemi.report.plots import plot_performance, plot_power_curve, save
 from meltemi.report.tables import power_curve_rows
@@ -15,7 +16,6 @@ from meltemi.reports.html import write_page
 from meltemi.reports.portrait import Portrait, PowerPortrait, portrait, power_portrait
 from meltemi.reports.turbine_facts import fact_rows, mode_rows
 from meltemi.reports.turbine_plots import plot_turbine, turbine_figures
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 if TYPE_CHECKING:

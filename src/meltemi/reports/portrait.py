@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from meltemi.analyses.modes import Mode, natural_modes
 from meltemi.analyses.performance import performance_of, rotor_performance
 from meltemi.analyses.power_curve import above_rated, curve_size, power_curve
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.model import Model
@@ -20,7 +21,6 @@ from meltemi.simulation.rotors import build
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine
 
 Float = NDArray[np.float64]

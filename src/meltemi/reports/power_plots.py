@@ -18,8 +18,8 @@ from meltemi.report.plots import new_figure
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from meltemi.analyses.rotor_performance import RotorPerformance
     from meltemi.simulation.result import Result
-    from meltemi.turbine.performance import RotorPerformance
     from meltemi.turbine.power_turbine import AnyTurbine
 
 

@@ -28,7 +28,7 @@ Float = NDArray[np.float64]
 
 def _tables() -> Any:
     """The module of tables and labels, which is built on this one."""
-    return import_module("meltemi.simulation.result_tables")
+    return import_module("meltemi.postprocess.result_tables")
 
 
 @dataclass(frozen=True)

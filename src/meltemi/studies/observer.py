@@ -278,9 +278,9 @@ class Observer(Brief):
         estimated = Result(signals.time, data, channels, meta=meta)
         chance = np.random.default_rng(seed)
         roots = [_root(Q, 1e-14 * np.trace(Q) / len(Q)) for Q in self.Q] if samples else []
-        errors = (self._drawn_error(near, roots, chance) for _ in range(samples))
+        draws = (self._drawn_error(near, roots, chance) for _ in range(samples))
         realisations = tuple(
-            replace(estimated, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in errors
+            replace(estimated, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in draws
         )
         return Estimate(estimated, deviation, gaps, realisations)
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from meltemi.analyses.performance import performance_of
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.simulation.rotors import build
 from meltemi.tuning.baseline_tuning import rotor_inertia
 from meltemi.turbine.definition import Turbine, YawDrive
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import PowerTurbine, Shaft, TableCoefficient
 
 SAME = ("n_blades", "rated_power", "cut_in", "cut_out", "rotor_radius", "hub_height", "electrical", "control")

@@ -1,3 +1,4 @@
+from meltemi.analyses.rotor_performance import RotorPerformance as RotorPerformance
 from meltemi.electrical.system import ElectricalSystem as ElectricalSystem
 from meltemi.electrical.system import size_electrical as size_electrical
 from meltemi.floating.moorings import MooringLine as MooringLine
@@ -25,7 +26,6 @@ from meltemi.turbine.library import LibraryEntry as LibraryEntry
 from meltemi.turbine.library import library_entries as library_entries
 from meltemi.turbine.library import list_turbines as list_turbines
 from meltemi.turbine.library import load_turbine as load_turbine
-from meltemi.turbine.performance import RotorPerformance as RotorPerformance
 from meltemi.turbine.plausibility import plausibility_warnings as plausibility_warnings
 from meltemi.turbine.power_turbine import CalibratedCoefficient as CalibratedCoefficient
 from meltemi.turbine.power_turbine import HeierCoefficient as HeierCoefficient

@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import text_of
 from meltemi.environment.air import Air, density_of, site_pressure
-from meltemi.environment.climate import MONTH_HOURS, Climate, load_climate
 from meltemi.environment.gases import CELSIUS
 from meltemi.environment.rain import RAIN_CLASSES
+from meltemi.studies.climate.climates import MONTH_HOURS, Climate, load_climate
 
 Float = NDArray[np.float64]
 Effect = Literal["altitude", "temperature", "humidity"]

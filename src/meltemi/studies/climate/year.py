@@ -16,10 +16,10 @@ from typing import Final, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.environment.climate import Climate
 from meltemi.environment.drops import water_content
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
+from meltemi.studies.climate.climates import Climate
 from meltemi.studies.climate.response import ICED, RAIN, SHED, SLOPES, WET, Response
 from meltemi.studies.climate.weather import Effect, Periods, periods
 from meltemi.studies.rain_drops import rain_loads

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.analyses.performance import performance_of
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.control.controller import Controller
 from meltemi.control_laws.load_control import LoadControl
 from meltemi.control_laws.yaw import YawControl
@@ -39,7 +40,6 @@ from meltemi.studies.power_schemes.compared import Progress, SchemeSetup, by_see
 from meltemi.studies.power_schemes.costs import ROOT, SHAFT, STEP, TOWER, few_modes
 from meltemi.studies.servo_duty import BEARING_SLOPE, servo_duty
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.superposition import with_gust
 from meltemi.wind.fields import WindBox, WindSeries

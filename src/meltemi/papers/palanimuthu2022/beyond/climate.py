@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.environment.climate import load_climate
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
@@ -21,6 +20,7 @@ from meltemi.papers.study import Draw, Progress
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.reports.blocks import Section, Table
 from meltemi.studies.climate import response
+from meltemi.studies.climate.climates import load_climate
 from meltemi.studies.climate.response import ICED, SIDE, Response, ResponseSetup, respond
 from meltemi.studies.climate.tables import (
     energy_table,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from meltemi.analyses.performance import performance_of
+from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.environment.site import STANDARD
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
 from meltemi.papers.study import Draw, Progress, span
@@ -37,7 +38,6 @@ from meltemi.studies.power_schemes.costs import (
 )
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.turbine.performance import RotorPerformance
 from meltemi.turbine.power_turbine import aeroelastic
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from meltemi.environment.rain import RAIN_CLASSES
 
 Float = NDArray[np.float64]
 
-DATA = Path(__file__).parent / "climates"
+DATA = Path(__file__).parent / "data"
 MONTH_HOURS = 24.0 * np.array([31.0, 28.25, 31.0, 30.0, 31.0, 30.0, 31.0, 31.0, 30.0, 31.0, 30.0, 31.0])
 """[h] of each month; leap years in the mean."""
 
