@@ -124,13 +124,9 @@ def actuator_duty(position: ArrayLike, *, dt: float, threshold: float = 0.0) -> 
       InputError: there are fewer than two values, or ``dt`` is not positive or ``threshold`` negative.
     """
     x = floats(position, "actuator_duty: position")
-    if (
-        x.ndim != 1
-        or len(x) < 2
-        or not np.all(np.isfinite(x))
-        or not positive(dt, "actuator_duty: dt")
-        or not number(threshold, "actuator_duty: threshold") >= 0.0
-    ):
+    positive(dt, "actuator_duty: dt")
+    wrong = x.ndim != 1 or len(x) < 2 or not np.all(np.isfinite(x))
+    if wrong or not number(threshold, "actuator_duty: threshold") >= 0.0:
         raise InputError("actuator_duty: at least two finite values are required, dt positive, threshold not negative")
     rate = np.diff(x) / dt
     sense = np.where(np.abs(rate) > threshold, np.sign(rate), 0.0)

@@ -168,7 +168,7 @@ def condition_of(case: PlannedCase) -> Condition:
 
 
 def shared_repetitions(results: Results) -> dict[str, float]:
-    """Occurrences in the lifetime of each fatigue case, with its part of those of missing cases (L-34)."""
+    """Occurrences of each fatigue case in the lifetime, including its part of those of missing cases (L-34)."""
     planned, present = Counter(map(condition_of, results.plan.cases)), Counter(map(condition_of, results.present))
     return {
         case.name: case.weight.repetitions * planned[condition_of(case)] / present[condition_of(case)]

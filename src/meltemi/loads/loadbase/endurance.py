@@ -179,7 +179,7 @@ def rose_fatigue(fatigue: pd.DataFrame, interfaces: Sequence[Interface], slopes:
 
 
 def energy_of(results: Results, extremes: Extremes, availability: float) -> tuple[AnnualEnergy | None, pd.DataFrame]:
-    """Energy of a year in production, and the power at each wind speed (L-9, L-10, L-36)."""
+    """Annual energy in production, and the power at each wind speed (L-9, L-10, L-36)."""
     import pandas as pd
 
     head = ["speed", "power", "half_width", "runs", "probability", "energy"]
@@ -222,7 +222,7 @@ def production_row(results: Results) -> str | None:
 
 
 def stops_of(results: Results) -> pd.DataFrame:
-    """Stops in a year, by row (L-39)."""
+    """Number of stops per year, by row (L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
@@ -235,7 +235,7 @@ def stops_of(results: Results) -> pd.DataFrame:
 
 
 def duties_of(results: Results) -> pd.DataFrame:
-    """Duty of the drives in a year; see ``DesignLoads.duties`` (L-32, L-33, L-39)."""
+    """Annual duty of the drives; see ``DesignLoads.duties`` (L-32, L-33, L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years

@@ -126,7 +126,7 @@ class BaseStatus(Shown):
 
     @property
     def failed(self) -> int:
-        """Cases without loads: their run did not reach its end."""
+        """Number of cases without loads, since their run did not reach its end."""
         return sum(row.failed for row in self.dlcs)
 
 
@@ -409,7 +409,7 @@ def base_table(
       channels: only these, for statistics and cycles.
 
     Returns:
-      SI units; a row a case, with its name as index, or several rows with the column "case".
+      table in SI units; one row for each case, with its name as index, or several rows with the column "case".
 
     Raises:
       InputError: there is no such table, or a file cannot be read.
@@ -443,7 +443,7 @@ def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = 
 
 
 def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> bool | None:
-    """Whether a result has exactly the statistics that the load base has of its case; None if it has none."""
+    """Whether a result equals the statistics of its case in the load base exactly; None if there are none."""
     kept = base_table(replace(plan, cases=(plan.case(name),)), folder, "statistics", result.names).set_index("channel")
     if kept.empty:
         return None

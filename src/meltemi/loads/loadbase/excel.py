@@ -157,7 +157,7 @@ def _read(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 def _table(rows: list[tuple[Any, ...]], head: tuple[str, ...], where: str) -> list[list[Any]]:
-    """Cells below the header, in the order of ``head``; columns that are not there are empty."""
+    """Cells below the header, in the order of ``head``; missing columns are empty."""
     given = [str(name) for name in rows[0] if name is not None] if rows else []
     for name in given:
         if name not in head:
@@ -211,7 +211,7 @@ def differences(base: LoadTable, table: LoadTable) -> dict[str, Any]:
 
 
 def _changes(before: Record | None, after: Record) -> dict[str, Any]:
-    """Keys of a record that differ; of a new one those that differ from their defaults."""
+    """Keys of a record that differ; for a new record, those that differ from their defaults."""
     new = after.model_dump(mode="json")
     if before is None:
         return after.model_dump(mode="json", exclude_defaults=True)

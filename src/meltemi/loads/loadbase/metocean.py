@@ -155,7 +155,7 @@ class Metocean(Record):
         if len(shares) != len(self.misalignment) or abs(shares.sum() - 1.0) > 1e-6 or shares.min() < 0.0:
             raise ValueError("misalignment_share needs one share for each misalignment, and their sum must be 1")
         if len(set(self.misalignment.tolist())) != len(self.misalignment):
-            raise ValueError("misalignment: an angle is there twice")
+            raise ValueError("misalignment: an angle appears twice")
         for levels in (self.levels, *(storm.levels for storm in (self.one_year, self.fifty_years) if storm)):
             if levels[0] > levels[1]:
                 raise ValueError(f"levels: the lowest is above the highest: {levels[0]:g}, {levels[1]:g} m")

@@ -101,21 +101,11 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
     problems = d.problems[["state", "message"]].to_dict("index")
     rows: list[list[Cell]] = []
     for case in plan.cases:
-        problem = problems.get(case.name, {"state": "ok", "message": ""})
-        rows.append(
-            [
-                Case(case.name),
-                *(case.dlc, case.variant.model),
-                case.variant.speed,
-                None if case.variant.yaw is None else f"{case.variant.yaw:g}",
-                event_of(case),
-                None if case.variant.seed is None else str(case.variant.seed),
-                f"{case.factor:g}",
-                *(value.get(case.name) for value in values),
-                "ok" if problem["state"] == "ok" else Marked(problem["state"], problem["state"]),
-                problem["message"],
-            ]
-        )
+        v, problem = case.variant, problems.get(case.name, {"state": "ok", "message": ""})
+        yaw, seed = None if v.yaw is None else f"{v.yaw:g}", None if v.seed is None else str(v.seed)
+        state = "ok" if problem["state"] == "ok" else Marked(problem["state"], problem["state"])
+        conditions = [Case(case.name), case.dlc, v.model, v.speed, yaw, event_of(case), seed, f"{case.factor:g}"]
+        rows.append([*conditions, *(value.get(case.name) for value in values), state, problem["message"]])
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
     ids = [f"case-0-{case.name}" for case in plan.cases]
     paper = f"All {len(rows)} cases are listed in plan.csv, those with a message in tables/problems.csv."

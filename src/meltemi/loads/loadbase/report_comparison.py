@@ -142,13 +142,10 @@ def _all(ratios: pd.DataFrame, names: list[str]) -> Table:
         ratio: Cell = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
         if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
             ratio = Marked(str(ratio), "over")
-        cases = [
-            Case(str(c), base) if isinstance(c, str) and c else ""
-            for base, c in enumerate((row.case, row.reference_case))
-        ]
-        rows.append(
-            [kind, title_of(place), load, unit, float(row.value) * factor, float(row.reference) * factor, ratio, *cases]
-        )
+        names_of_cases = enumerate((row.case, row.reference_case))
+        cases = [Case(name, base) if isinstance(name, str) and name else "" for base, name in names_of_cases]
+        values = (float(row.value) * factor, float(row.reference) * factor)
+        rows.append([kind, title_of(place), load, unit, *values, ratio, *cases])
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
     return Table(head, rows)
 

@@ -127,19 +127,9 @@ def runs_of(results: Results) -> list[Runs]:
         rule = cases[0].characteristic
         alike = [replace(c.variant, seed=None, yaw=None if rule == "mean" else c.variant.yaw) for c in cases]
         numbers = {variant: n for n, variant in enumerate(dict.fromkeys(alike))}
-        groups.append(
-            Runs(
-                row,
-                cases[0].dlc,
-                rule,
-                factor,
-                np.array(places),
-                tuple(c.name for c in cases),
-                np.array([numbers[variant] for variant in alike]),
-                np.array([c.variant.speed for c in cases]),
-                planned.count(row) - evaluated.count(row),
-            )
-        )
+        names, speeds = tuple(c.name for c in cases), np.array([c.variant.speed for c in cases])
+        of_mean, lacking = np.array([numbers[variant] for variant in alike]), planned.count(row) - evaluated.count(row)
+        groups.append(Runs(row, cases[0].dlc, rule, factor, np.array(places), names, of_mean, speeds, lacking))
     return groups
 
 
@@ -168,13 +158,9 @@ def extrapolated_load(
         left_out[way] = tuple(v for v in planned if v not in speeds or not usable[speeds.index(v)])
         extrapolations[way] = None
         if kept and sum(p for _, p in kept) > table.probability:
+            x, p = zip(*kept, strict=True)
             extrapolations[way] = extrapolate(
-                [x for x, _ in kept],
-                [p for _, p in kept],
-                distribution=way,
-                probability=table.probability,
-                smallest=smallest,
-                resamples=resamples,
+                x, p, distribution=way, probability=table.probability, smallest=smallest, resamples=resamples
             )
     sign = -1.0 if smallest else 1.0
     fits = [fit_extremes(sign * x) for x in samples if len(x) >= LEAST["gumbel"] and np.ptp(x) > 0.0]
@@ -182,17 +168,9 @@ def extrapolated_load(
         sign * factor * max(float(fit.quantile(1.0 - quantile)) for fit in fits)
         for factor, quantile in (table.quantiles if fits else ())
     )
-    return ExtrapolatedLoad(
-        *names,
-        np.array(speeds),
-        tuple(samples),
-        float(sign * (sign * values).max()),
-        extrapolations["gumbel"],
-        extrapolations["weibull"],
-        left_out,
-        quantiles,
-        runs.factor,
-    )
+    data = (np.array(speeds), tuple(samples), float(sign * (sign * values).max()))
+    both = (extrapolations["gumbel"], extrapolations["weibull"])
+    return ExtrapolatedLoad(*names, *data, *both, left_out, quantiles, runs.factor)
 
 
 def speed_shares(campaign: Campaign, speeds: Sequence[float]) -> list[float]:
