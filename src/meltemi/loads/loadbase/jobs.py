@@ -220,10 +220,11 @@ class Workshop:
         run = case_run(case, model.turbine, Path(), model=model, controller=controller)
 
         def start() -> Any:
+            begin: Any = run.start
             if (wind := self.first.pop(job.name, None)) is None:
-                return run.start
-            point, words = initial_state(model, wind, run.start)  # computed once for all cases that share it
-            return point if isinstance(point, OperatingPoint) and words == point.warnings else run.start
+                return begin
+            point, words = initial_state(model, wind, begin)  # computed once for all cases that share it
+            return point if isinstance(point, OperatingPoint) and words == point.warnings else begin
 
         return replace(run, name=job.name, start=start, wind=lambda: self._wind(job, run, model.turbine))
 

@@ -399,9 +399,9 @@ def _planned(
     waves = None if v.waves is None else seed_of(f"{full} waves", campaign.realisation)
     setting = Setting(campaign, row, v, fault, steady, number, waves)
     assert row.duration is not None and row.transient is not None
-    times, rules = (row.duration, row.transient), (row.type, _factor(row, fault), row.characteristic)
+    names, factor, lacking = (full, name, table.dlc(name), row.title), _factor(row, fault), missing(setting)
     return PlannedCase(
-        full, name, table.dlc(name), row.title, v, number, *times, *rules, weight, missing(setting), setting
+        *names, v, number, row.duration, row.transient, row.type, factor, row.characteristic, weight, lacking, setting
     )
 
 

@@ -104,8 +104,8 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
         v, problem = case.variant, problems.get(case.name, {"state": "ok", "message": ""})
         yaw, seed = None if v.yaw is None else f"{v.yaw:g}", None if v.seed is None else str(v.seed)
         state = "ok" if problem["state"] == "ok" else Marked(problem["state"], problem["state"])
-        conditions = [Case(case.name), case.dlc, v.model, v.speed, yaw, event_of(case), seed, f"{case.factor:g}"]
-        rows.append([*conditions, *(value.get(case.name) for value in values), state, problem["message"]])
+        cells: list[Cell] = [Case(case.name), case.dlc, v.model, v.speed, yaw, event_of(case), seed, f"{case.factor:g}"]
+        rows.append([*cells, *(value.get(case.name) for value in values), state, problem["message"]])
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
     ids = [f"case-0-{case.name}" for case in plan.cases]
     paper = f"All {len(rows)} cases are listed in plan.csv, those with a message in tables/problems.csv."
