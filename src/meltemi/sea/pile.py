@@ -48,7 +48,7 @@ NONE, VERTICAL, EXTRAPOLATION, WHEELER = 0, 1, 2, 3
 """Stretching, in the order of ``sea.conditions.Stretching``."""
 
 
-class PileWater(Table):
+class PileWater(Table, title="water"):
     """The water around the pile."""
 
     density: float = number("kg/m^3", "of the water")
