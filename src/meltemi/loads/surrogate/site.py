@@ -237,9 +237,9 @@ def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -
     for model in surrogate.loads.values():
         (p, germ, beyond), (q, reference, _) = conditions[model.slope]
         outside |= {name: max(share, outside.get(name, 0.0)) for name, share in beyond.items()}
-        here, there = model.lifetime(p, germ), model.lifetime(q, reference)
-        ratio, wide = here[0] / there[0], BAND * float(np.log(here / there)[1:].std())
-        margins.append(Margin(model, here[0], there[0], ratio * np.exp(-wide), ratio * np.exp(wide)))
+        at_site, of_design = model.lifetime(p, germ), model.lifetime(q, reference)
+        ratio, wide = at_site[0] / of_design[0], BAND * float(np.log(at_site / of_design)[1:].std())
+        margins.append(Margin(model, at_site[0], of_design[0], ratio * np.exp(-wide), ratio * np.exp(wide)))
     return Suitability(site, design, tuple(margins), outside)
 
 
