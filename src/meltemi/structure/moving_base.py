@@ -123,20 +123,20 @@ def top_on_base(m: MovingBase) -> None:
     base_motion(m)
     base, machine, C, first = m.base, m.machine, m.columns, base_row(m)
     R, w, known = base.orientation, base.spin, base.spin_rate
-    top = bending(m, first)
-    r, du = R @ (top.offset + Vec(0.0, 0.0, m.structure.tower_length)), R @ top.velocity
+    u, du, bias, theta, rate = bending(m, first)
+    r, du = R @ (u + Vec(0.0, 0.0, m.structure.tower_length)), R @ du
     for k in range(first):
         C.linear[k], C.angular[k] = R @ C.linear[k], R @ C.angular[k]
     for k in range(m.base_columns.coordinates):
         T, W = m.base_columns.linear[k], m.base_columns.angular[k]
         C.linear[first + k], C.angular[first + k] = T + cross(W, r), W
-    spin = R @ angular_velocity(top.turn, top.rate)
+    spin = R @ angular_velocity(theta, rate)
     machine.top_position = base.position + r
     machine.top_velocity = base.velocity + cross(w, r) + du
-    machine.top_acceleration = base.acceleration + cross(known, r) + cross(w, cross(w, r) + 2.0 * du) + R @ top.bias
+    machine.top_acceleration = base.acceleration + cross(known, r) + cross(w, cross(w, r) + 2.0 * du) + R @ bias
     machine.top_spin = w + spin
-    machine.top_spin_rate = known + cross(w, spin) + R @ angular_acceleration(top.turn, top.rate)
-    machine.top = R @ rotation(top.turn)
+    machine.top_spin_rate = known + cross(w, spin) + R @ angular_acceleration(theta, rate)
+    machine.top = R @ rotation(theta)
 
 
 @kernel
