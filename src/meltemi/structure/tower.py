@@ -17,7 +17,7 @@ MASS, STIFFNESS, DAMPING, WEIGHT = 0, 1, 2, 3
 
 @kernel
 def bending(m: Structure, modes: int) -> tuple[Vec, Vec, Vec, Vec, Vec]:
-    """Motion of the tower top by its first ``modes``, axes of the tower's base; their columns are filled (S-11 to S-14).
+    """Motion of the tower top by its first ``modes`` in axes of the base, whose columns are filled (S-11 to S-14).
 
     Returns:
       Deflection [m], of second order in the coordinates; its rate [m/s]; its second derivative [m/s^2] without those of
