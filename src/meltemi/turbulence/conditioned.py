@@ -61,7 +61,7 @@ class ConditionedField:
       channels: (M,) text of each measured component, as "u at 80 m, 0 m across".
       delay: [s] time of the air from mast to rotor.
       begin, end: [s] times of the run in between which the series determine the wind at the tower.
-      missing: (M,) [-] share of the samples that are missing in that time.
+      missing: (M,) [-] share of the samples that are missing.
       offset: (M,) [m/s] mean of a series less that of the wind's profile.
       factor: (3,) [-] standard deviation of u, v, w over that of the wind's description.
       explained: (3,) [-] share of the variance at the hub that the series determine.
@@ -151,7 +151,7 @@ def conditioned_field(
     start = -0.5 * grid.width / wind.speed  # of the first plane at the tower, see WindBox
     delay = distance / wind.speed
     lag = _lag(sensors[0].time[0] - start + delay, wind.dt)
-    measured = _on_planes(sensors, wind, grid, start - delay + lag, n)
+    measured = _on_planes(sensors, wind, grid, start - delay + lag, n, planes)
     gain = _gain(measured, wind, grid, n, variance)
     model = joint_of(wind, grid, n, measured.channels)
     kept = _evolution(wind, grid, gain, n, distance) if evolution == "simley" else np.ones(n // 2 + 1)
@@ -210,10 +210,13 @@ def _lag(time: float, dt: float) -> float:
     return float((time + 0.5 * dt) % dt - 0.5 * dt)
 
 
-def _on_planes(sensors: Sequence[Sensor], wind: TurbulentWind, grid: WindGrid, start: float, n: int) -> Measured:
+def _on_planes(
+    sensors: Sequence[Sensor], wind: TurbulentWind, grid: WindGrid, start: float, n: int, planes: int
+) -> Measured:
     """What the sensors measured on planes that pass the mast from ``start`` [s] on.
 
-    A plane is known if a sample lies within half a step of it; its value is interpolated linearly.
+    A plane is known if a sample lies within half a step of it; its value is interpolated linearly. Planes from number
+    ``planes`` on are not: there the ring closes.
     """
     time = start + wind.dt * np.arange(n)
     places, labels, values, known, missing = [], [], [], [], []
@@ -224,10 +227,9 @@ def _on_planes(sensors: Sequence[Sensor], wind: TurbulentWind, grid: WindGrid, s
             at = sensor.time[valid]
             right = np.searchsorted(at, time).clip(1, len(at) - 1)
             nearest = np.minimum(np.abs(at[right - 1] - time), np.abs(at[right] - time))
-            known.append(nearest <= (0.5 + SAME_TIME) * wind.dt)
+            known.append((nearest <= (0.5 + SAME_TIME) * wind.dt) & (np.arange(n) < planes))
             values.append(np.where(known[-1], np.interp(time, at, x[valid]) - mean[c], 0.0))
-            run = (sensor.time >= time[0]) & (sensor.time <= time[-1])
-            missing.append(float(np.mean(~valid[run])) if run.any() else 0.0)
+            missing.append(float(np.mean(~valid)))
             labels.append(f"{'uvw'[c]} at {sensor.height:g} m, {sensor.across:g} m across")
             places.append((c, sensor.height, sensor.across, sensor.noise, float(np.median(np.diff(sensor.time)))))
     component, z, y, noise, step = np.array(places).T
@@ -235,14 +237,12 @@ def _on_planes(sensors: Sequence[Sensor], wind: TurbulentWind, grid: WindGrid, s
     measured = Measured(channels, tuple(labels), np.array(values), np.array(known), noise, np.array(missing), step)
     if not measured.known.any():
         raise InputError(
-            f"sensors: they measure from {min(s.time[0] for s in sensors):g} s to "
-            f"{max(s.time[-1] for s in sensors):g} s, the field passes the mast from {time[0]:g} s to {time[-1]:g} s"
+            f"sensors: they measure from {min(s.time[0] for s in sensors):g} s to {max(s.time[-1] for s in sensors):g}"
+            f" s, the field passes the mast from {time[0]:g} s to {time[planes - 1]:g} s"
         )
     same = (channels.distances(z, y) < TOUCHING) & (component[:, None] == component) & (noise + noise[:, None] == 0.0)
     for i, j in np.argwhere(np.triu(same, 1)):
-        raise InputError(
-            f"sensors: {labels[i]} is measured twice (numbers {i + 1} and {j + 1}): leave one out, or give noise"
-        )
+        raise InputError(f"sensors: two of them measure {labels[max(i, j)]}: leave one out, or give noise")
     return measured
 
 

@@ -82,14 +82,15 @@ class ExponentialJoint:
     def __init__(self, wind: TurbulentWind, grid: WindGrid, n: int, channels: Channels) -> None:
         f, variances = amplitude_variances(wind, grid.hub_height, n)
         kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, length_scale(wind, grid.hub_height))
-        self.wind, self.grid, self.channels = wind, grid, channels
+        self.grid, self.channels = grid, channels
         self.kappa, self.variances = widened(kappa), widened(variances)
         self.count = int(np.sum(kappa * min(grid.dy, grid.dz) < exponential.REACH))
         self.coherent = (0,) if wind.coherent == "u" else (0, 1, 2)
         self.fields: dict[int, Complex] = {}
         self.change: Complex = np.zeros((len(channels.z), len(self.kappa)), np.complex128)
-        self.factors: CovarianceFactors | None = None
-        self.drawn: list[int] = []  # channels at places of their own
+        self.factors: CovarianceFactors | None = None  # of what is independent, of a field that is drawn
+        self.seed = 0
+        self.drawn: list[int] = []  # channels at other places than points and the channels before
         self.points = points_of(grid)
 
     def coherence(self, component: int, r: Float, some: slice | None = None) -> Float:
@@ -116,6 +117,7 @@ class ExponentialJoint:
 
     def draw(self, seed: int) -> Complex:
         """Draw a field; returns its values (M, H) [m/s] at the places."""
+        self.seed, self.drawn = seed, []
         kappa, bins = self.kappa[1:-1], len(self.kappa) - 2
         covered = np.zeros((4, bins))
         for component in self.coherent:
@@ -129,15 +131,15 @@ class ExponentialJoint:
         self.factors = factors(self.variances[:, 1:-1] - covered)
         values = np.zeros((len(self.channels.z), bins + 2), np.complex128)
         for i in range(len(values)):
-            self._draw_place(i, values, seed)
+            self._draw_place(i, values)
         return values
 
-    def _draw_place(self, i: int, values: Complex, seed: int) -> None:
+    def _draw_place(self, i: int, values: Complex) -> None:
         """Draw the value of channel ``i`` given points about it and the channels before it (W-51)."""
         component = int(self.channels.component[i])
         r = self.channels.distances(*self.points)[i]
         if np.min(r) < TOUCHING:
-            values[i] = self._unconditional(component, int(np.argmin(r)), seed)
+            values[i] = self._unconditional(component, int(np.argmin(r)))
             return
         before = [k for k in self.drawn if self.channels.component[k] == component]
         for k in before:
@@ -155,13 +157,13 @@ class ExponentialJoint:
         reach = exponential.REACH / self.kappa[min(split, len(self.kappa) - 1)] if component in self.coherent else 0.0
         close = nearest[r[nearest] <= reach]
         fresh = np.zeros((1, values.shape[1]), np.complex128)
-        add_noise(fresh, np.ones(values.shape[1] - 2), seed, i, PLACE_STREAM + component)
+        add_noise(fresh, np.ones(values.shape[1] - 2), self.seed, i, PLACE_STREAM + component)
         for points, begin, end in ((whole, 1, split), (close, split, values.shape[1] - 1)):
             z, y = (
                 np.concatenate([x[points], mine[before]])
                 for x, mine in zip(self.points, (self.channels.z, self.channels.y), strict=True)
             )
-            known = np.concatenate([self._unconditional(component, p, seed) for p in points] + [values[before]])
+            known = np.concatenate([self._unconditional(component, int(p)) for p in points] + [values[before]])
             step = max(ENTRIES_AT_ONCE // max(len(z) ** 2, 1), 1)
             for first in range(begin, end, step):
                 some = slice(first, min(first + step, end))
@@ -171,7 +173,7 @@ class ExponentialJoint:
                 rest = np.sqrt(np.maximum(1.0 - np.sum(weight * c, axis=1), 0.0) * self.variances[component, some])
                 values[i, some] = np.einsum("bn,nb->b", weight, known[:, some]) + rest * fresh[0, some]
 
-    def _unconditional(self, component: int, point: int, seed: int, last: int | None = None) -> Complex:
+    def _unconditional(self, component: int, point: int, last: int | None = None) -> Complex:
         """(P, H) [m/s] amplitudes of the random field at successive points."""
         last = point + 1 if last is None else last
         out = np.zeros((last - point, len(self.kappa)), np.complex128)
@@ -179,7 +181,7 @@ class ExponentialJoint:
             if component in self.fields:
                 out[:, 1 : self.count + 1] = self.fields[component][point:last]
             for stream, factor in self.factors.of(component):
-                add_noise(out, factor, seed, point, POINT_STREAM + stream)
+                add_noise(out, factor, self.seed, point, POINT_STREAM + stream)
         return out
 
     def condition(self, pull: Complex) -> None:
@@ -188,7 +190,7 @@ class ExponentialJoint:
 
     def spectra(self, component: int, first: int, last: int) -> Complex:
         """(P, H) [m/s] amplitudes of a component at points ``first`` to ``last``."""
-        out = self._unconditional(component, first, self.wind.seed, last)
+        out = self._unconditional(component, first, last)
         r = self.channels.distances(*(x[first:last] for x in self.points))
         for i in np.flatnonzero(self.channels.component == component):
             out += self.coherence(component, r[i]).T * (self.variances[component] * self.change[i])
@@ -209,7 +211,7 @@ class MannJoint:
 
     def __init__(self, wind: TurbulentWind, grid: WindGrid, n: int, channels: Channels) -> None:
         f, variances = amplitude_variances(wind, grid.hub_height, n)
-        self.wind, self.grid, self.channels = wind, grid, channels
+        self.grid, self.channels = grid, channels
         self.variances = widened(variances)
         self.length = mann_length(wind, grid.hub_height)
         k1 = 2.0 * np.pi * f * self.length / wind.speed
@@ -224,7 +226,8 @@ class MannJoint:
         self.point = np.where(touching.any(axis=1), touching.argmax(axis=1), -1)
         self.fields: Complex = np.zeros((3, len(self.points[0]), len(self.k1) + 1), np.complex128)
         self.change: Complex = np.zeros((len(channels.z), n // 2 + 1), np.complex128)
-        self.factors: CovarianceFactors | None = None
+        self.factors: CovarianceFactors | None = None  # of what is independent, of a field that is drawn
+        self.seed = 0
         self.rest, self.covariances, self.hub_covariances = self._covariances()
 
     def _waves(self, k3: Float, k2: Float) -> Complex:
@@ -265,7 +268,7 @@ class MannJoint:
 
     def draw(self, seed: int) -> Complex:
         """Draw a field; returns its values (M, H) [m/s] at the places."""
-        component = self.channels.component
+        self.seed, component = seed, self.channels.component
         values = np.zeros((len(component), self.variances.shape[1]), np.complex128)
         modes_of = mann.sheared_modes(self.k1, self.hull, self.length, mann.GAMMA, seed, FIELD_STREAM)
         for m, (k3, k2, modes, _) in enumerate(modes_of):
@@ -302,7 +305,7 @@ class MannJoint:
         out[:, : len(self.k1) + 1] = self.fields[component, first:last]
         if self.factors is not None:
             for stream, factor in self.factors.of(component):
-                add_noise(out, factor, self.wind.seed, first, POINT_STREAM + stream)
+                add_noise(out, factor, self.seed, first, POINT_STREAM + stream)
         rest = at_point(self.rest)
         for i in np.flatnonzero((self.point >= first) & (self.point < last)):
             out[self.point[i] - first] += rest[:, component, self.channels.component[i]] * self.change[i]
