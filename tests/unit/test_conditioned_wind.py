@@ -101,9 +101,9 @@ def test_a_cup_alone_is_u_and_a_vane_alone_is_v() -> None:
     small = 0.05 * v
     result = make([Sensor(speed=np.hypot(u, small), **place), Sensor(direction=-np.arctan2(small, 10.0), **place)])
     assert [name[0] for name in result.channels] == ["u", "v"]
-    found = at(result, 4, 3)
-    np.testing.assert_allclose(found[:, 0], u[:PLANES], rtol=0.0, atol=2e-3)
-    np.testing.assert_allclose(found[:, 1], small[:PLANES], rtol=0.0, atol=2e-3)
+    computed = at(result, 4, 3)
+    np.testing.assert_allclose(computed[:, 0], u[:PLANES], rtol=0.0, atol=2e-3)
+    np.testing.assert_allclose(computed[:, 1], small[:PLANES], rtol=0.0, atol=2e-3)
 
 
 def test_the_same_seed_gives_the_same_field_and_another_one_differs_between_the_sensors() -> None:
@@ -154,7 +154,7 @@ def test_the_variance_at_a_distance_is_what_the_coherence_leaves() -> None:
     """(1 - coherence^2) S, by bands of frequency, for a sensor between the points of the grid."""
     measured = series([OFF_GRID])
     seeds = range(1, 9)
-    found = residual(measured, seeds)
+    computed = residual(measured, seeds)
     kappa = ExponentialJoint(WIND, GRID, 4096, measured.channels).kappa
     r = measured.channels.distances(*points_of(GRID))[0]
     expected = 1.0 - np.exp(-2.0 * r[:, None] * kappa)
@@ -162,9 +162,9 @@ def test_the_variance_at_a_distance_is_what_the_coherence_leaves() -> None:
     for some in BANDS:
         count = len(seeds) * len(range(*some.indices(5000)))
         for p in near:
-            share = found[0, p, some].mean() / expected[p, some].mean()
+            share = computed[0, p, some].mean() / expected[p, some].mean()
             assert share == pytest.approx(1.0, abs=4.5 * np.sqrt(1.5 / count)), (p, some)
-    assert np.mean(found[1:]) == pytest.approx(1.0, abs=0.01)  # v and w are independent of u
+    assert np.mean(computed[1:]) == pytest.approx(1.0, abs=0.01)  # v and w are independent of u
 
 
 @pytest.mark.parametrize("spectrum", ["kaimal", "mann"])
@@ -217,13 +217,13 @@ def test_the_mean_over_seeds_is_the_most_probable_field() -> None:
 def test_noise_and_the_way_from_the_mast_leave_their_variance_at_the_sensor(kept: float) -> None:
     """1 - kept^2 S / (S + N) of a sensor at a point of the grid."""
     measured = series([(0, GRID.z[3], GRID.y[3])], n=2048, noise=0.4)
-    found = residual(measured, range(1, 9), kept)[0, 3 * GRID.points_y + 3]
+    computed = residual(measured, range(1, 9), kept)[0, 3 * GRID.points_y + 3]
     variance = amplitude_variances(WIND, GRID.hub_height, 2048)[1][0]
     noise = 0.4**2 / 2048
     expected = 1.0 - kept**2 * variance / (variance + noise)
     for some in (slice(1, 100), slice(200, 600), slice(600, 1000)):
         count = 8 * len(range(*some.indices(5000)))
-        assert np.mean(found[1:-1][some] / expected[some]) == pytest.approx(1.0, abs=4.5 / np.sqrt(count))
+        assert np.mean(computed[1:-1][some] / expected[some]) == pytest.approx(1.0, abs=4.5 / np.sqrt(count))
 
 
 def test_the_coherence_of_simley_and_pao() -> None:
@@ -292,10 +292,10 @@ def test_gaps_are_filled_like_turbulence() -> None:
     u[lost] = np.nan
     sensor = seen(4, 3, u=u)
     result = make([sensor])
-    found, true = at(result, 4, 3)[:, 0], TRUTH.velocity[:PLANES, 4, 3, 0]
-    np.testing.assert_allclose(found[~lost[:PLANES]], true[~lost[:PLANES]], rtol=0.0, atol=EXACT)
+    computed, true = at(result, 4, 3)[:, 0], TRUTH.velocity[:PLANES, 4, 3, 0]
+    np.testing.assert_allclose(computed[~lost[:PLANES]], true[~lost[:PLANES]], rtol=0.0, atol=EXACT)
     gaps = lost[:PLANES]
-    alone = np.std((found - true)[gaps])
+    alone = np.std((computed - true)[gaps])
     assert 0.05 < alone < 0.7 < np.std(true)
     assert result.missing == pytest.approx([lost.mean(), lost.mean(), 0.0])
     close = Sensor(height=GRID.z[4], across=1.0, time=TIME, u=TRUTH.velocity[:, 4, 3, 0], v=TRUTH.velocity[:, 4, 3, 1])
@@ -309,9 +309,9 @@ def test_rare_samples_leave_turbulence_between_them() -> None:
     first = int(np.argmin(np.abs(TIME)))
     rare = slice(first % 5, None, 5)
     result = make([Sensor(height=GRID.z[4], time=TIME[rare], speed=u[rare])])
-    found = at(result, 4, 3)[:, 0]
-    np.testing.assert_allclose(found[rare], u[:PLANES][rare], rtol=0.0, atol=EXACT)
-    steps = np.std(np.diff(found))
+    computed = at(result, 4, 3)[:, 0]
+    np.testing.assert_allclose(computed[rare], u[:PLANES][rare], rtol=0.0, atol=EXACT)
+    steps = np.std(np.diff(computed))
     assert steps == pytest.approx(np.std(np.diff(u)), rel=0.15)
     assert steps > 1.3 * np.std(np.diff(np.interp(TIME, TIME[rare], u[rare])))
 
@@ -322,17 +322,17 @@ def test_the_air_needs_time_from_the_mast() -> None:
     for planes in (25.0, 25.5):
         result = make([seen(4, 3)], distance=10.0 * 0.2 * planes)
         assert result.delay == pytest.approx(0.2 * planes)
-        found = at(result, 4, 3)[:, 0]
+        computed = at(result, 4, 3)[:, 0]
         if planes == 25.0:
-            np.testing.assert_allclose(found[60:], u[60 - 25 : PLANES - 25], rtol=0.0, atol=EXACT)
+            np.testing.assert_allclose(computed[60:], u[60 - 25 : PLANES - 25], rtol=0.0, atol=EXACT)
         else:
             whole = slice(100, PLANES - 100)
             expected = u[100 - 25 : PLANES - 125]
             slow = np.exp(-0.5 * (np.arange(-40, 41) / 8.0) ** 2) / (8.0 * np.sqrt(2.0 * np.pi))
             middle = np.convolve(0.5 * (expected + np.roll(expected, 1)), slow, "same")
-            error = (np.convolve(found[whole], slow, "same") - middle)[50:-50]
+            error = (np.convolve(computed[whole], slow, "same") - middle)[50:-50]
             assert np.std(error) < 0.02
-            assert np.std(found[whole]) == pytest.approx(np.std(expected), rel=0.02)
+            assert np.std(computed[whole]) == pytest.approx(np.std(expected), rel=0.02)
             start = TRUTH.passing[0]
             assert result.begin == pytest.approx(start + 5.1, abs=0.11) or result.begin == 0.0
 
@@ -341,9 +341,9 @@ def test_begin_and_end_are_those_of_the_series() -> None:
     some = slice(200, 450)
     result = make([seen(4, 3, some)], distance=100.0)
     assert (result.begin, result.end) == (pytest.approx(TIME[200] + 10.0), pytest.approx(TIME[449] + 10.0))
-    found = at(result, 4, 3)[:, 0]
-    np.testing.assert_allclose(found[250:500], TRUTH.velocity[some, 4, 3, 0], rtol=0.0, atol=EXACT)
-    assert np.std(found[500:] - TRUTH.velocity[450 : PLANES - 50, 4, 3, 0]) > 0.5
+    computed = at(result, 4, 3)[:, 0]
+    np.testing.assert_allclose(computed[250:500], TRUTH.velocity[some, 4, 3, 0], rtol=0.0, atol=EXACT)
+    assert np.std(computed[500:] - TRUTH.velocity[450 : PLANES - 50, 4, 3, 0]) > 0.5
 
 
 def test_a_trend_does_not_leak_to_high_frequencies() -> None:
@@ -455,7 +455,7 @@ TWO = {"height": 80.0, "time": [0.0, 1.0]}
         ({}, "measures nothing"),
         ({"u": [1.0, 2.0]}, "u and v are given together"),
         ({"u": [1.0, 2.0], "v": [0.0, 0.0], "speed": [1.0, 2.0]}, "give only one of both"),
-        ({"speed": [1.0, 2.0, 3.0]}, "speed must have 2 entries like time, found 3"),
+        ({"speed": [1.0, 2.0, 3.0]}, "speed must have 2 entries like time, computed 3"),
         ({"speed": [1.0, np.nan]}, "50 % of speed is missing, expected at most 20 %"),
         ({"speed": [1.0, np.inf]}, "entry 2 is beyond 300"),
         ({"time": [0.0, 0.0], "speed": [1.0, 2.0]}, "must increase"),

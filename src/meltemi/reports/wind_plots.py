@@ -315,7 +315,7 @@ def plot_profile(
     speed_panel, direction_panel = axes[0, 0], axes[0, 1]
     if isinstance(wind, WindBox):
         found = field_statistics(wind, _hub(wind, turbine))
-        z = wind.bottom + wind.dz * np.arange(len(found.mean))
+        z = wind.bottom + wind.dz * np.arange(len(found.mean), dtype=np.float64)
         mean = found.mean.mean(axis=1)
         speed, direction = np.hypot(mean[:, 0], mean[:, 1]), wind.direction - np.arctan2(mean[:, 1], mean[:, 0])
         each = np.hypot(found.mean[..., 0], found.mean[..., 1])

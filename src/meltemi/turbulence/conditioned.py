@@ -5,7 +5,7 @@ values at the sensors becomes a conditional one by its covariance with the senso
 measured and what was drawn (Matheron's rule): no matrix is larger than the number of sensors. The difference is known
 only while the sensors measured; elsewhere it is the most probable continuation, by conjugate gradients.
 
-Reference: docs/theory/wind.md (W-50 to W-57).
+Reference: docs/theory/wind.md (W-50, W-53 to W-55).
 """
 
 from __future__ import annotations
@@ -258,7 +258,7 @@ def _gain(measured: Measured, wind: TurbulentWind, grid: WindGrid, n: int, varia
         target = [np.var(measured.values[i, measured.known[i]]) for i in some] - noise**2
         gain[c] = math.sqrt(max(float(np.mean(target)), 0.0) / (2.0 * np.sum(model[c])))
         if variance == "spectrum":
-            densities = [_periodogram(measured, i) for i in some]
+            densities = [_periodogram(measured, int(i)) for i in some]
             highest = min(
                 DENSE / wind.dt, SPARSE / step if (step := measured.step[some].max()) > 1.5 * wind.dt else np.inf
             )
@@ -315,12 +315,12 @@ def _evolution(wind: TurbulentWind, grid: WindGrid, gain: Float, n: int, distanc
 def _condition(model: Joint, measured: Measured, gain: Float, kept: Float, seed: int | None) -> Complex:
     """Condition a random field on the series (W-50); returns the covariances (H, M, M) of these, with noise."""
     m, n = measured.values.shape
-    own = gain[measured.channels.component]
-    air = model.among() * (own[:, None] * own).transpose(2, 0, 1)
+    factor = gain[measured.channels.component]
+    air = model.among() * (factor[:, None] * factor).transpose(2, 0, 1)
     among = air + np.diag(measured.noise**2 / n)
     drawn = np.zeros((m, n // 2 + 1), np.complex128)
     if seed is not None:
-        drawn = kept * own * model.draw(seed)
+        drawn = kept * factor * model.draw(seed)
         fresh = np.zeros((2, m, n // 2 + 1), np.complex128)
         for i in range(2):
             add_noise(fresh[i], np.ones(n // 2 - 1), seed, 0, (NOISE_STREAM, EVOLUTION_STREAM)[i])
@@ -330,7 +330,7 @@ def _condition(model: Joint, measured: Measured, gain: Float, kept: Float, seed:
     difference = measured.values - fft.irfft(drawn, n, norm="forward")
     amplitudes = fft.rfft(_continued(difference, measured.known, among), norm="forward")
     pull = np.linalg.solve(among, amplitudes.T[:, :, None])[..., 0].T
-    model.condition(kept * own * pull)
+    model.condition(kept * factor * pull)
     return among
 
 
@@ -346,7 +346,7 @@ def _continued(series: Float, known: NDArray[np.bool_], among: Complex) -> Float
         return series
     n = series.shape[1]
     unknown = ~known
-    matrices = np.linalg.inv(among), among
+    inverse: Complex = np.linalg.inv(among)
 
     def times(matrix: Complex, x: Float) -> Float:
         product: Float = fft.irfft(np.einsum("hij,jh->ih", matrix, fft.rfft(x)), n)
@@ -362,8 +362,8 @@ def _continued(series: Float, known: NDArray[np.bool_], among: Complex) -> Float
         return LinearOperator((size, size), matvec=product, dtype=np.float64)
 
     result = np.where(known, series, 0.0)
-    right = -times(matrices[0], result)[unknown]
-    precision, covariance = (within(matrix) for matrix in matrices)
+    right = -times(inverse, result)[unknown]
+    precision, covariance = within(inverse), within(among)
     result[unknown], failed = cg(precision, right, rtol=TOLERANCE, maxiter=MOST_ITERATIONS, M=covariance)
     if failed:
         raise InputError(
@@ -375,10 +375,10 @@ def _continued(series: Float, known: NDArray[np.bool_], among: Complex) -> Float
 
 def _explained(model: Joint, measured: Measured, gain: Float, kept: Float, among: Complex) -> Float:
     """(3,) [-] share of the variance at the hub that the series determine, while they are known."""
-    own = gain[measured.channels.component]
+    factor = gain[measured.channels.component]
     result = np.zeros(3)
     for c in range(3):
-        with_hub = model.with_hub(c) * (kept * own).T
+        with_hub = model.with_hub(c) * (kept * factor).T
         solved = np.linalg.solve(among, with_hub.conj()[..., None])[..., 0]
         share = np.sum((with_hub * solved).real, axis=1)
         result[c] = np.sum((gain[c] ** 2 * share)[1:-1]) / np.sum((gain[c] ** 2 * model.variances[c])[1:-1])

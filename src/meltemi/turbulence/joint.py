@@ -5,7 +5,7 @@ field what follows from values at the places, ``spectra`` returns the amplitudes
 of the velocity at a place. Arrays over frequencies have H = n / 2 + 1 entries from 0 to the Nyquist frequency; at these
 two the covariances are those of their neighbours, and a random field has none of them.
 
-Reference: docs/theory/wind.md (W-50 to W-52).
+Reference: docs/theory/wind.md (W-51, W-52).
 """
 
 from __future__ import annotations
@@ -100,13 +100,14 @@ class ExponentialJoint:
             return np.exp(-kappa.reshape(-1, *(1 for _ in r.shape)) * r)
         return np.broadcast_to((r < TOUCHING).astype(float), (len(kappa), *r.shape))
 
-    def among(self) -> Float:
+    def among(self) -> Complex:
         """(H, M, M) [m^2/s^2] covariances of the channels."""
         c, r = self.channels.component, self.channels.distances(self.channels.z, self.channels.y)
-        result = np.zeros((len(self.kappa), len(c), len(c)))
+        result = np.zeros((len(self.kappa), len(c), len(c)), np.complex128)
         for component in set(c.tolist()):
-            some = np.ix_(np.flatnonzero(c == component), np.flatnonzero(c == component))
-            result[:, *some] = self.variances[component, :, None, None] * self.coherence(component, r[some])
+            rows, columns = np.ix_(np.flatnonzero(c == component), np.flatnonzero(c == component))
+            covariance = self.variances[component, :, None, None] * self.coherence(component, r[rows, columns])
+            result[:, rows, columns] = covariance
         return result
 
     def with_hub(self, component: int) -> Float:
@@ -296,8 +297,7 @@ class MannJoint:
             there = self.unit * self._waves(k3, k2).conj()
             for entry in (m + 1, 0) if m == 0 else (m + 1,):
                 modes = np.einsum("cjkl,jkl->ckl", phi[:, self.channels.component], there * pull[:, entry, None, None])
-                field = self._on_grid(k3, k2, modes)
-                self.fields[:, :, entry] += field if entry else field.real
+                self.fields[:, :, entry] += self._on_grid(k3, k2, modes)
 
     def spectra(self, component: int, first: int, last: int) -> Complex:
         """(P, H) [m/s] amplitudes of a component at points ``first`` to ``last``."""

@@ -192,7 +192,7 @@ def measured_wind(
         speed=math.exp(level), intensity=0.0, shear_exponent=exponent, veer=turn, **options | {"hub_series": None}
     )
     at = np.array([math.exp(level), 0.0, 0.0])
-    along = [(x, s.noise) for s in sensors if (x := components(s, wind, at).get(0)) is not None]
+    along = [(series[0], s.noise) for s in sensors if 0 in (series := components(s, wind, at))]
     variance = np.mean([max(float(np.nanvar(x)) - noise**2, 0.0) for x, noise in along])
     return wind.replace(intensity=math.sqrt(variance) / wind.speed)
 
