@@ -455,7 +455,7 @@ TWO = {"height": 80.0, "time": [0.0, 1.0]}
         ({}, "measures nothing"),
         ({"u": [1.0, 2.0]}, "u and v are given together"),
         ({"u": [1.0, 2.0], "v": [0.0, 0.0], "speed": [1.0, 2.0]}, "give only one of both"),
-        ({"speed": [1.0, 2.0, 3.0]}, "speed must have 2 entries like time, computed 3"),
+        ({"speed": [1.0, 2.0, 3.0]}, "speed must have 2 entries like time, found 3"),
         ({"speed": [1.0, np.nan]}, "50 % of speed is missing, expected at most 20 %"),
         ({"speed": [1.0, np.inf]}, "entry 2 is beyond 300"),
         ({"time": [0.0, 0.0], "speed": [1.0, 2.0]}, "must increase"),
