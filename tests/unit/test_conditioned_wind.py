@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+import meltemi
 from meltemi import InputError, TurbulentWind
 from meltemi.turbulence.conditioned import (
     ConditionedField,
@@ -23,10 +24,12 @@ from meltemi.turbulence.conditioned import (
     conditioned_field,
 )
 from meltemi.turbulence.exponential import even_fast
+from meltemi.turbulence.field import mean_profile
 from meltemi.turbulence.joint import Channels, ExponentialJoint, Joint, hub_of, joint_of, points_of
-from meltemi.turbulence.sensors import Sensor, measured_wind
+from meltemi.turbulence.sensors import Sensor, components, measured_wind
 from meltemi.turbulence.targets import amplitude_variances, target_densities
-from meltemi.wind import WindGrid, generate_field
+from meltemi.wind import WindGrid, generate_field, wind_grid_for
+from meltemi.wind.fields import check_coverage
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -59,6 +62,7 @@ def at(result: ConditionedField, row: int, column: int) -> Float:
     return result.field.velocity[:, row, column].astype(float)
 
 
+TWO: dict[str, Any] = {"height": 80.0, "time": [0.0, 1.0]}
 THREE = ((4, 3), (1, 2), (3, 6))
 PLANES = len(conditioned_field([seen(4, 3)], WIND, GRID, DURATION).field.velocity)
 
@@ -104,6 +108,26 @@ def test_a_cup_alone_is_u_and_a_vane_alone_is_v() -> None:
     computed = at(result, 4, 3)
     np.testing.assert_allclose(computed[:, 0], u[:PLANES], rtol=0.0, atol=2e-3)
     np.testing.assert_allclose(computed[:, 1], small[:PLANES], rtol=0.0, atol=2e-3)
+
+
+def test_a_cup_in_veer_measures_the_speed_along_the_wind_at_its_height() -> None:
+    wind = WIND.replace(veer=0.01, direction=0.3)
+    mean = mean_profile(wind, np.array([42.0]), 90.0)[0]
+    speed = float(np.hypot(mean[0], mean[1]))
+    assert mean[0] < 0.95 * speed
+    cup = Sensor(height=42.0, time=TWO["time"], speed=[speed, speed + 1.0])
+    np.testing.assert_allclose(components(cup, wind, mean)[0], [mean[0], mean[0] + 1.0], rtol=1e-12)
+    vane = Sensor(height=42.0, time=TWO["time"], direction=np.full(2, 0.3 + 0.01 * (42.0 - 90.0)))
+    np.testing.assert_allclose(components(vane, wind, mean)[1], mean[1], rtol=1e-12)
+
+
+def test_the_field_covers_a_run() -> None:
+    result = make([seen(4, 3)], distance=100.0)
+    check_coverage(result.field, hub_height=90.0, radius=30.0, reach=5.0, duration=DURATION)
+    grid = wind_grid_for(meltemi.load_turbine("nrel5mw"), 9)
+    box = conditioned_field([seen(4, 3)], WIND.replace(points=9), meltemi.load_turbine("nrel5mw"), 20.0).field
+    assert (box.dy, box.bottom, box.velocity.shape[1:3]) == (grid.dy, grid.bottom, (grid.points_z, grid.points_y))
+    check_coverage(box, hub_height=90.0, radius=63.0, reach=10.0, duration=20.0)
 
 
 def test_the_same_seed_gives_the_same_field_and_another_one_differs_between_the_sensors() -> None:
@@ -446,9 +470,6 @@ def test_the_spectrum_can_be_that_of_the_sensors() -> None:
 # input
 
 
-TWO = {"height": 80.0, "time": [0.0, 1.0]}
-
-
 @pytest.mark.parametrize(
     ("fields", "message"),
     [
@@ -487,5 +508,13 @@ def test_what_cannot_be_conditioned_is_refused() -> None:
     ):
         with pytest.raises(InputError, match=message):
             call()
-    noisy = [seen(4, 3, noise=0.1), seen(4, 3, noise=0.1)]
-    assert np.std(at(make(noisy), 4, 3) - TRUTH.velocity[:PLANES, 4, 3]) < 0.2
+
+
+def test_two_noisy_sensors_at_one_place_are_averaged() -> None:
+    """Also with a way from the mast, on which both have the same air."""
+    noise = np.random.default_rng(3).normal(size=(2, len(TIME)))
+    u = TRUTH.velocity[:, 4, 3, 0].astype(float)
+    pair = [Sensor(height=GRID.z[4], time=TIME, speed=u + 0.4 * e, noise=0.4) for e in noise]
+    errors = [np.std(at(make(some, sampled=False), 4, 3)[:, 0] - u[:PLANES]) for some in (pair[:1], pair)]
+    assert 0.1 < errors[1] < 0.85 * errors[0] < 0.4
+    assert np.isfinite(make(pair, evolution="simley", distance=50.0).field.velocity).all()

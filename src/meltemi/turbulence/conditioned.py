@@ -46,6 +46,8 @@ SAME_TIME = 1e-6
 """Tolerance of the sampling times, in planes."""
 TOLERANCE, MOST_ITERATIONS = 1e-9, 2000
 """Residual of the continuation, relative, and its limit of iterations."""
+SINGULAR = 1e-9
+"""Added to variances, relative: sensors at the same place have equal ones."""
 PER_BAND = 12
 """Least number of values of a periodogram in a band of a measured spectrum."""
 DENSE, SPARSE = 0.45, 0.2
@@ -326,7 +328,8 @@ def _condition(model: Joint, measured: Measured, gain: Float, kept: Float, seed:
             add_noise(fresh[i], np.ones(n // 2 - 1), seed, 0, (NOISE_STREAM, EVOLUTION_STREAM)[i])
         drawn += measured.noise[:, None] / math.sqrt(n) * fresh[0]
         if np.any(kept < 1.0):
-            drawn += np.sqrt(1.0 - kept**2) * np.einsum("hij,jh->ih", np.linalg.cholesky(air), fresh[1])
+            root = np.linalg.cholesky(air * (1.0 + SINGULAR * np.eye(m)))
+            drawn += np.sqrt(1.0 - kept**2) * np.einsum("hij,jh->ih", root, fresh[1])
     difference = measured.values - fft.irfft(drawn, n, norm="forward")
     amplitudes = fft.rfft(_continued(difference, measured.known, among), norm="forward")
     pull = np.linalg.solve(among, amplitudes.T[:, :, None])[..., 0].T
