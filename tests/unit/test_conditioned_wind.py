@@ -123,7 +123,7 @@ def test_a_cup_in_veer_measures_the_speed_along_the_wind_at_its_height() -> None
 
 def test_the_field_covers_a_run() -> None:
     result = make([seen(4, 3)], distance=100.0)
-    check_coverage(result.field, hub_height=90.0, radius=30.0, reach=5.0, duration=DURATION)
+    check_coverage(result.field, hub_height=90.0, radius=12.0, reach=5.0, duration=DURATION)
     grid = wind_grid_for(meltemi.load_turbine("nrel5mw"), 9)
     box = conditioned_field([seen(4, 3)], WIND.replace(points=9), meltemi.load_turbine("nrel5mw"), 20.0).field
     assert (box.dy, box.bottom, box.velocity.shape[1:3]) == (grid.dy, grid.bottom, (grid.points_z, grid.points_y))

@@ -163,9 +163,8 @@ def test_what_holds_for_all_cases_is_said_once(tmp_path: Path, monkeypatch: pyte
     synthetic_base(tmp_path / "all", of, warnings=dict.fromkeys(names, (tower,)))
     whole = verdict(design_loads(of, tmp_path / "all", DesignSettings(resamples=5)), None)
     assert whole.kind == "doubtful"
-    assert (
-        whole.heading == f"Complete: {len(names)} load cases simulated without warnings of their own, 1 for all of them"
-    )
+    heading = f"Complete: {len(names)} load cases simulated without warnings of single cases, 1 for all of them"
+    assert whole.heading == heading
 
 
 def test_a_warning_of_two_runs_is_theirs() -> None:

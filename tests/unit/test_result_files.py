@@ -19,7 +19,7 @@ from comparisons import thinned
 from meltemi import InputError, Result
 from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
 from meltemi.postprocess.files.outb import packed
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, every_kind, find, standard
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group, every_kind, find, standard
 
 TIME = np.arange(0.0, 20.01, 0.05)
 NAMES = ("RotSpeed", "PtchPMzc1", "-RootMyc1", "mTwrBsMyt", "RtFldFxh", "B1N3Alpha", "Spn1MLyb1", "QD_TFA1", "Odd")
@@ -136,7 +136,7 @@ def test_units_of_openfast(text: str, si: tuple[str, float]) -> None:
 
 def test_units_lead_to_those_of_the_catalogue() -> None:
     known = {unit for unit, _ in UNITS.values()}
-    assert {c.unit for c in (every_kind() | catalogue(Contents(3, 1, 1, 1))).values()} <= known
+    assert {c.unit for c in (every_kind() | catalogue(ChannelSet(3, 1, 1, 1))).values()} <= known
 
 
 # our own files
@@ -145,7 +145,7 @@ def test_units_lead_to_those_of_the_catalogue() -> None:
 def everything(n_channels: int | None = None, floats: bool = False) -> Result:
     """All channels of a turbine with coordinates, on a pile or a platform, each with numbers of its own size."""
     every = catalogue(
-        Contents(
+        ChannelSet(
             3,
             20,
             2,
@@ -159,7 +159,7 @@ def everything(n_channels: int | None = None, floats: bool = False) -> Result:
             2,
         )
     )
-    every |= every_kind() | catalogue(Contents(gears=(1, 3)))
+    every |= every_kind() | catalogue(ChannelSet(gears=(1, 3)))
     groups = ("platform", "line"), ("sea", "pile_station")
     own, other = ({c.name for g in group for c in channels_of_group(g, 1)} for group in groups[:: 1 if floats else -1])
     channels = [c for c in every.values() if c.name not in {"time"} | (other - own)][:n_channels]

@@ -367,10 +367,10 @@ def channels(
     search: Annotated[str | None, "Only channels whose name or description contains this text."] = None,
 ) -> None:
     """List the output channels, or explain one of them."""
-    from meltemi.simulation.channels import Contents, catalogue, every_kind, find
+    from meltemi.simulation.channels import ChannelSet, catalogue, every_kind, find
 
     if explain is not None:
-        many = catalogue(Contents(nodes=20, blade_stations=3, tower_stations=3, flaps=4))
+        many = catalogue(ChannelSet(nodes=20, blade_stations=3, tower_stations=3, flaps=4))
         c = find(explain, every_kind() | many)
         unit, factor = c.display_unit
         print(f"{c.name}")

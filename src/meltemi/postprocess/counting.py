@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Array2, Record, Table, kernel, number, part, whole
+from meltemi.compiler import Array2, KernelRecord, Table, kernel, number, part, whole
 from meltemi.simulation.tables import Clock
 
 Float = NDArray[np.float64]
@@ -49,7 +49,7 @@ class ChannelState(Table, title="statistics of a channel"):
     high: float = number("of the channel", "largest value")
 
 
-class Tally(Record):
+class Tally(KernelRecord):
     """Statistics of a run in progress.
 
     Attributes:

@@ -19,7 +19,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.rotors import build
 from meltemi.structure.beam import Beam
-from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
+from meltemi.structure.members import ModalMember, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine
 from meltemi.turbine.power_turbine import PowerTurbine
 
@@ -47,7 +47,7 @@ class Portrait:
 
     turbine: Turbine
     model: BladedModel | None
-    blade: Member | None
+    blade: ModalMember | None
     modes: tuple[Mode, ...] | None
     performance: RotorPerformance | None
     curve: tuple[OperatingPoint, ...] | None
@@ -161,7 +161,7 @@ def _attempt(problems: dict[str, str], what: str, compute: Callable[[], T]) -> T
         return None
 
 
-def _blade(turbine: Turbine) -> Member:
+def _blade(turbine: Turbine) -> ModalMember:
     structure = turbine.blade.structure
     counts = {"flap": 2, "edge": 2, "torsion": int(structure.twists)}
     return blade_member(structure, counts, cells(np.linspace(0.0, turbine.blade.length, 21)))

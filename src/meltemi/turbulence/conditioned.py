@@ -176,7 +176,7 @@ def conditioned_field(
         speed=wind.speed,
         hub_height=grid.hub_height,
         direction=wind.direction,
-        source=f"{wind.label}, through {len(sensors)} sensors",
+        source=f"{wind.label}, through {len(sensors)} sensor{'s' if len(sensors) > 1 else ''}",
     )
     inside = np.flatnonzero(measured.known.any(axis=0))
     known, variances = measured.known, model.variances[:3, 1:-1]

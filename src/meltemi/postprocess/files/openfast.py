@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from meltemi.compiler import MAX_FLAPS
 from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
@@ -144,10 +144,10 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
     disk = channels_of_group("disk")
     floats = any(re.match("ptfmsurge|fairten", name, re.IGNORECASE) for name in names)  # HydroFxi is of either support
     water, numbered = ("platform", "line") if floats else ("sea", "pile_station")
-    every = catalogue(Contents(further=disk))
+    every = catalogue(ChannelSet(further=disk))
     if names:
         every = catalogue(
-            Contents(
+            ChannelSet(
                 3,
                 last,
                 last,
@@ -158,7 +158,7 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
                 + disk,
             )
         )
-        every |= catalogue(Contents(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
+        every |= catalogue(ChannelSet(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
     known = {name.lower(): channel for channel in every.values() for name in channel.names}
     for name in names:  # coordinates have names of their model
         if re.match(r"[qv]_", name):
