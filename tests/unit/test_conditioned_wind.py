@@ -504,6 +504,8 @@ def test_what_cannot_be_conditioned_is_refused() -> None:
             lambda: measured_wind([Sensor(height=5.0, time=[0.0, 1.0], w=[0.0, 1.0])], 90.0),
             "needs a mean speed above 0",
         ),
+        (lambda: make([sensor], variance="spectre"), "variance: unknown choice 'spectre'; did you mean 'spectrum'"),
+        (lambda: make([sensor], evolution="simly"), "evolution: unknown choice 'simly'; did you mean 'simley'"),
         (lambda: make([seen(4, 3, noise=9.0)], variance="measured"), "does not vary more than its noise"),
     ):
         with pytest.raises(InputError, match=message):

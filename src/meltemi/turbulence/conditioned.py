@@ -13,13 +13,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
 from meltemi.turbulence.exponential import even_fast
 from meltemi.turbulence.field import MARGIN, MOST_POINTS, mean_profile
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
+Evolution = Literal["none", "simley"]
 Variance = Literal["measured", "spectrum", "wind"]
 
 NOISE_STREAM, EVOLUTION_STREAM = 64, 65
@@ -111,7 +112,7 @@ def conditioned_field(
     duration: float,
     *,
     distance: float = 0.0,
-    evolution: Literal["none", "simley"] = "none",
+    evolution: Evolution = "none",
     variance: Variance = "measured",
     sampled: bool = True,
 ) -> ConditionedField:
@@ -141,6 +142,12 @@ def conditioned_field(
         cannot be conditioned, or the field does not fit into memory.
     """
     _check(sensors, wind, duration, distance)
+    for name, value, allowed in (
+        ("evolution", evolution, get_args(Evolution)),
+        ("variance", variance, get_args(Variance)),
+    ):
+        if value not in allowed:
+            raise InputError(f"{name}: unknown choice {value!r}; {did_you_mean(value, allowed)}")
     grid = size if isinstance(size, WindGrid) else wind_grid_for(size, wind.points)
     planes = math.ceil((duration + 1.5 * grid.width / wind.speed + 2.0 * MARGIN) / wind.dt)
     padding = PADDING * length_scale(wind, grid.hub_height) / wind.speed
@@ -261,9 +268,8 @@ def _gain(measured: Measured, wind: TurbulentWind, grid: WindGrid, n: int, varia
         gain[c] = math.sqrt(max(float(np.mean(target)), 0.0) / (2.0 * np.sum(model[c])))
         if variance == "spectrum":
             densities = [_periodogram(measured, int(i)) for i in some]
-            highest = min(
-                DENSE / wind.dt, SPARSE / step if (step := measured.step[some].max()) > 1.5 * wind.dt else np.inf
-            )
+            step = float(measured.step[some].max())
+            highest = min(DENSE / wind.dt, SPARSE / step if step > 1.5 * wind.dt else math.inf)
             gain[c] = widened(_banded(f, model[c], densities, highest, wind.dt, float(np.mean(noise**2))))
         if not np.all(gain[c] > 0.0):
             raise InputError(f"sensors: {'uvw'[c]} does not vary more than its noise; leave it out, or correct noise")
@@ -349,7 +355,7 @@ def _continued(series: Float, known: NDArray[np.bool_], among: Complex) -> Float
         return series
     n = series.shape[1]
     unknown = ~known
-    inverse: Complex = np.linalg.inv(among)
+    inverse = np.asarray(np.linalg.inv(among), np.complex128)
 
     def times(matrix: Complex, x: Float) -> Float:
         product: Float = fft.irfft(np.einsum("hij,jh->ih", matrix, fft.rfft(x)), n)
