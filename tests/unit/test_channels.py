@@ -10,7 +10,7 @@ import pytest
 
 from meltemi import InputError, Model, ModelOptions, Stations, build
 from meltemi.core.units import FIELD
-from meltemi.report.plots import EVERYBODY
+from meltemi.report.plots import MAIN_CHANNELS
 from meltemi.report.tables import POWER_CURVE
 from meltemi.simulation.bladed.rotor import SIGNALS
 from meltemi.simulation.channels import DEFAULT, Channel, ChannelSet, catalogue, every_kind, find, standard
@@ -193,7 +193,7 @@ def test_angles_that_turn_are_wrapped() -> None:
 
 
 def test_what_everyone_wants_exists() -> None:
-    assert set(EVERYBODY) <= set(DEFAULT) <= set(standard())
+    assert set(MAIN_CHANNELS) <= set(DEFAULT) <= set(standard())
     assert set(POWER_CURVE) <= set(standard())
     assert len(DEFAULT) == len(set(DEFAULT))
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 import meltemi
 from comparisons import thinned
 from meltemi import InputError, Result
-from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
+from meltemi.postprocess.files.openfast import UNITS, OutputColumns, result_of, si_unit
 from meltemi.postprocess.files.outb import packed
 from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group, every_kind, find, standard
 
@@ -101,7 +101,7 @@ def test_channels_that_openfast_could_not_compute_are_left_out_and_named(tmp_pat
 
 def test_two_names_of_one_channel_and_a_unit_that_does_not_fit() -> None:
     names = ("TipDxc1", "OoPDefl1", "RotSpeed", "GenTq", "GenTq")
-    table = Columns(names, ("m", "m", "furlong", "kN-m", "kN-m"), TIME, DATA[:, :5])
+    table = OutputColumns(names, ("m", "m", "furlong", "kN-m", "kN-m"), TIME, DATA[:, :5])
     result = result_of(table, Path("a.out"))
     assert result.names == ["tip_out_of_plane_1", "OoPDefl1", "RotSpeed", "generator_torque", "GenTq"]
     np.testing.assert_array_equal(result["OoPDefl1"], DATA[:, 1])
@@ -110,7 +110,7 @@ def test_two_names_of_one_channel_and_a_unit_that_does_not_fit() -> None:
 
 @pytest.mark.parametrize("sign", ["-", "_", "m", "M"])
 def test_a_sign_before_the_name_is_undone(sign: str) -> None:
-    result = result_of(Columns((f"{sign}GenTq",), ("kN-m",), TIME, DATA[:, :1]), Path("a.out"))
+    result = result_of(OutputColumns((f"{sign}GenTq",), ("kN-m",), TIME, DATA[:, :1]), Path("a.out"))
     np.testing.assert_array_equal(result["generator_torque"], -1e3 * DATA[:, 0])
 
 

@@ -52,7 +52,7 @@ def classical(blade: BladeStructure, ratios: Damping, lost: Report) -> BladeStru
 def principal(stiffness: Float) -> tuple[Float, Float, Float]:
     """Principal flapwise and edgewise stiffness [N m^2] of 6 x 6 sections, and rotation of their axes to feather [rad].
 
-    From the compliance in bending about x and y, as in ``simulation.portrait.principal_stiffness``.
+    From the compliance in bending about x and y, as in ``reports.turbine_overview.principal_stiffness``.
     """
     C = np.linalg.inv(stiffness)[:, 3:5, 3:5]
     # flapwise bending is about y; a rotation to feather is a negative angle about z

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from meltemi.loads.loadbase.interfaces import Interface, interfaces_of, known_channels, stations
 from meltemi.loads.loadbase.ultimate import blade_groups
-from meltemi.reports.blocks import Beside, Block, Cell, Drawing, Part, Stroke, Table
+from meltemi.reports.blocks import Beside, Block, Cell, Drawing, Stroke, Subsection, Table
 from meltemi.reports.turbine_facts import number
 from meltemi.simulation.channels import find
 from meltemi.turbine.definition import Turbine
@@ -78,7 +78,7 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
     for name, members in groups.items():
         a, title = axes_of(name, turbine), name.replace("_", " ")
         rows.append([title, a.origin, a.name, a.x, a.y, a.z, _aliases(members[0], turbine)])
-        sketches.append(Part(title, [Beside(sketches_of(name, a))]))
+        sketches.append(Subsection(title, [Beside(sketches_of(name, a))]))
     words = (
         "Loads are those that the outboard part exerts on the inboard part: the rotor on the shaft, the nacelle on "
         "the tower, the tower on the foundation; at the mudline those of the ground on the pile. Axes are "

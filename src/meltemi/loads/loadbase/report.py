@@ -45,18 +45,18 @@ from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.reports.blocks import (
     Beside,
     Block,
-    Case,
     CaseList,
+    CaseName,
+    CaseValue,
     Cell,
     Code,
     Document,
-    Entry,
     Facts,
     Folded,
     Marked,
     Section,
     Table,
-    Verdict,
+    VerdictBlock,
 )
 from meltemi.reports.html import write_page
 from meltemi.reports.turbine_facts import number
@@ -214,7 +214,7 @@ def footer_text() -> str:
     return f"meltemi {meltemi.__version__}, physics {PHYSICS}, {datetime.now(UTC):%Y-%m-%d %H:%M} UTC. {CERTIFICATE}"
 
 
-def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdict:
+def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> VerdictBlock:
     """Completeness, problems and exceeded limits, which an engineer must know before reading a number."""
     coverage = d.coverage
     total, good = int(coverage["cases"].sum()), int(coverage["ok"].sum())
@@ -247,13 +247,13 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
     more: Folded | None = None
     if len(problems):
         listed = [
-            [Case(str(name), base), p.row, Marked(p.state, p.state), p.message, p.meaning]
+            [CaseName(str(name), base), p.row, Marked(p.state, p.state), p.message, p.meaning]
             for name, p in problems.iterrows()
         ]
         table = Table(["case", "DLC", "state", "message", "consequence"], listed)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
         more = Folded(states, table, unfolded=len(problems) <= SHOWN)
-    return Verdict(kind, heading, lines, more)
+    return VerdictBlock(kind, heading, lines, more)
 
 
 def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
@@ -304,13 +304,13 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
 
 def key_numbers(d: DesignLoads) -> Facts:
     """Key numbers: energy, clearance, extremes and stops."""
-    numbers: list[tuple[str, str, Case | None]] = []
+    numbers: list[tuple[str, str, CaseName | None]] = []
     if d.energy is not None:
         numbers.append(("annual energy", energy_words(d.energy), None))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
         text = f"{number(float(worst.left))} m ({'passes' if worst.fits else 'tower strike'}), "
-        numbers.append(("remaining tip clearance with factors", text, Case(str(worst.case))))
+        numbers.append(("remaining tip clearance with factors", text, CaseName(str(worst.case))))
     for channel, end, label, unit, factor in (
         ("rotor_speed", "max", "largest rotor speed", "rpm", 30.0 / math.pi),
         ("tower_top_acceleration_x", "max", "largest fore-aft tower-top acceleration", "m/s²", 1.0),
@@ -319,19 +319,19 @@ def key_numbers(d: DesignLoads) -> Facts:
     ):
         if (channel, end) in d.signals.index:
             row = d.signals.loc[(channel, end)]
-            numbers.append((label, f"{number(float(row.value) * factor)} {unit}, ", Case(str(row.case))))
+            numbers.append((label, f"{number(float(row.value) * factor)} {unit}, ", CaseName(str(row.case))))
     if len(d.stops):
         numbers.append(("stops per year", number(float(d.stops.iloc[:, 0].sum())), None))
     return Facts(numbers)
 
 
-def governing(place: str, extremes: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Entry | None:
+def governing(place: str, extremes: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> CaseValue | None:
     """The largest magnitude of a component, with its design load case and utilisation."""
     if not (driver := governing_driver(extremes, name)):
         return None
     row, factor = extremes.loc[driver], unit_of_driver(name)[1]
-    case = Case(str(row.case), text=f"DLC {row.row}" + ("" if row.state == "ok" else " (!)"))
-    return Entry(float(row[name]) * factor, case, utilisation(ratios, "ultimate", place, driver))
+    case = CaseName(str(row.case), text=f"DLC {row.row}" + ("" if row.state == "ok" else " (!)"))
+    return CaseValue(float(row[name]) * factor, case, utilisation(ratios, "ultimate", place, driver))
 
 
 def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> float:
@@ -349,7 +349,7 @@ def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
     for place, part in moments.groupby("interface", sort=False):
         best = part.loc[part[slopes[-1]].idxmax()]
         use = (utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}") for m in slopes)
-        loads = (Entry(float(best[m]) * MOMENT[1], ratio=ratio) for m, ratio in zip(slopes, use, strict=True))
+        loads = (CaseValue(float(best[m]) * MOMENT[1], ratio=ratio) for m, ratio in zip(slopes, use, strict=True))
         rows.append([title_of(str(place)), str(best.load), *loads])
     caption = f"Lifetime damage-equivalent ranges of the largest moment, {d.settings.reference:.3g} cycles"
     return Table(["interface", "moment", *(f"m = {m:g}\n{MOMENT[0]}" for m in slopes)], rows, caption)

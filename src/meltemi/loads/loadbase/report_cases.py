@@ -14,7 +14,7 @@ from meltemi.loads.loadbase.engine import base_table
 from meltemi.loads.loadbase.interfaces import known_channels
 from meltemi.loads.loadbase.plan import Plan, PlannedCase
 from meltemi.loads.loadbase.wording import in_words
-from meltemi.reports.blocks import Block, Case, Cell, Marked, Statistics, Table
+from meltemi.reports.blocks import Block, CaseName, Cell, Marked, Statistics, Table
 from meltemi.simulation.channels import find
 
 if TYPE_CHECKING:
@@ -104,7 +104,16 @@ def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
         v, problem = case.variant, problems.get(case.name, {"state": "ok", "message": ""})
         yaw, seed = None if v.yaw is None else f"{v.yaw:g}", None if v.seed is None else str(v.seed)
         state = "ok" if problem["state"] == "ok" else Marked(problem["state"], problem["state"])
-        cells: list[Cell] = [Case(case.name), case.dlc, v.model, v.speed, yaw, event_of(case), seed, f"{case.factor:g}"]
+        cells: list[Cell] = [
+            CaseName(case.name),
+            case.dlc,
+            v.model,
+            v.speed,
+            yaw,
+            event_of(case),
+            seed,
+            f"{case.factor:g}",
+        ]
         rows.append([*cells, *(value.get(case.name) for value in values), state, problem["message"]])
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
     ids = [f"case-0-{case.name}" for case in plan.cases]

@@ -18,17 +18,17 @@ from meltemi.reports.blocks import (
     Axis,
     Beside,
     Block,
-    Case,
     CaseList,
+    CaseName,
+    CaseValue,
     Cell,
     Chart,
     Code,
     Curve,
     Document,
-    Entry,
     Marked,
-    Part,
     Section,
+    Subsection,
     Table,
     words,
 )
@@ -68,7 +68,8 @@ def base_comparison(bases: tuple[Base, Base], designs: tuple[DesignLoads, Design
     names, ratios = [folder for folder, _ in bases], compare_bases(*designs)
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [
-        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, designs, strict=True))
+        Subsection(folder, [verdict(d, None, base)])
+        for base, (folder, d) in enumerate(zip(names, designs, strict=True))
     ]
     sections = [
         Section("Ratios of loads", [_glance(ratios, names), *_energy(*designs, names)]),
@@ -105,7 +106,7 @@ def _glance(ratios: pd.DataFrame, names: list[str]) -> Table:
             worst = governing_driver(loads, name, "value")
             row, factor = loads.loc[worst], unit_of_driver(name)[1]
             values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
-            cells.append(Entry(ratio=utilisation(ratios, "ultimate", str(place), worst), note=values))
+            cells.append(CaseValue(ratio=utilisation(ratios, "ultimate", str(place), worst), note=values))
         rows.append(cells)
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
     return Table(["interface", *load_heads(LOADS)], rows, caption=caption)
@@ -143,7 +144,7 @@ def _all(ratios: pd.DataFrame, names: list[str]) -> Table:
         if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
             ratio = Marked(str(ratio), "over")
         names_of_cases = enumerate((row.case, row.reference_case))
-        cases = [Case(name, base) if isinstance(name, str) and name else "" for base, name in names_of_cases]
+        cases = [CaseName(name, base) if isinstance(name, str) and name else "" for base, name in names_of_cases]
         values = (float(row.value) * factor, float(row.reference) * factor)
         rows.append([kind, title_of(place), load, unit, *values, ratio, *cases])
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]

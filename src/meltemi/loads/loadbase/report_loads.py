@@ -15,7 +15,7 @@ from meltemi.loads.loadbase.design import DesignLoads
 from meltemi.loads.loadbase.ultimate import ExtrapolatedLoad
 from meltemi.loads.loadbase.weights import edges
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
-from meltemi.reports.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Marked, Share, Table, chosen
+from meltemi.reports.blocks import Axis, Beside, Block, CaseName, Cell, Chart, Curve, Marked, Share, Table, chosen
 from meltemi.reports.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def _extremes(extremes: pd.DataFrame, words: str) -> Table:
         state = "" if row.state == "ok" else str(row.state)
         lacking = f"{row.lacking} cases excluded" if row.lacking else ""
         note = ", ".join(filter(None, (state, lacking)))
-        conditions = (f"{row.factor:g}", Case(str(row.case)), str(row.blade or ""), f"{row.time:.1f}", runs)
+        conditions = (f"{row.factor:g}", CaseName(str(row.case)), str(row.blade or ""), f"{row.time:.1f}", runs)
         rows.append([str(driver), *loads, *angles, *conditions, Marked(note, "doubtful") if note else ""])
     head = ["extreme", *load_heads(LOADS), "F_res\ndeg", "M_res\ndeg", "factor", "case", "blade", "time\ns", "value"]
     return Table([*head, "note"], rows, caption=f"Extreme loads, {words}")
@@ -173,7 +173,7 @@ def clearance_table(d: DesignLoads) -> list[Block]:
         values = [float(c[name]) for name in ("clearance", "factor", "deflection", "left")]
         result = "passes" if c.fits else Marked("tower strike", "bad")
         excluded = str(c.lacking or "")
-        rows.append([str(row), *values, 100.0 * float(c.ratio), Case(str(c.case)), str(c.runs), excluded, result])
+        rows.append([str(row), *values, 100.0 * float(c.ratio), CaseName(str(c.case)), str(c.runs), excluded, result])
     head = ["DLC", "clearance\nm", "factor", "deflection\nm", "remaining\nm", "clearance\n%"]
     words = (
         f"Smallest distance between blade tip and tower surface; {number(d.undeflected)} m undeflected. Remaining "
@@ -194,7 +194,7 @@ def line_blocks(d: DesignLoads) -> list[Block]:
         ratio = float(worst.utilisation)
         use = None if math.isnan(ratio) else Marked(ratio, "bad") if ratio > 1.0 else ratio
         state = "one line lost" if lost else "all lines"
-        rows.append([title_of(str(channel)), state, *loads, use, f"DLC {worst.row}", Case(str(worst.case))])
+        rows.append([title_of(str(channel)), state, *loads, use, f"DLC {worst.row}", CaseName(str(worst.case))])
     head = ["tension", "state", *(f"{name}\n{FORCE[0]}" for name in ("mean", "largest", "design")), "utilisation"]
     factors = d.plan.table.factors
     words = (
@@ -210,7 +210,7 @@ def signal_table(d: DesignLoads) -> list[Block]:
     rows: list[list[Cell]] = []
     for (channel, end), s in d.signals.iterrows():
         unit, factor = display(str(s.unit), angular_rate_in_degrees="speed" not in str(channel))
-        value, case = float(s.value) * factor, Case(str(s.case))
+        value, case = float(s.value) * factor, CaseName(str(s.case))
         rows.append([title_of(str(channel)), str(end), value, unit, case, str(s.runs)])
     head = ["channel", "end", "value", "unit", "case", "simulations"]
     return [f"Characteristic values, {WITHOUT}.", Table(head, rows)] if rows else []
@@ -290,7 +290,7 @@ def rose_blocks(d: DesignLoads) -> list[Block]:
         ]
         rows: list[list[Cell]] = []
         for i, (angle, r) in enumerate(rose.iterrows()):
-            governing = f"{r.factor:g}", f"DLC {r.row}", Case(str(r.case))
+            governing = f"{r.factor:g}", f"DLC {r.row}", CaseName(str(r.case))
             rows.append([f"{angle:g}", float(largest[i]), *governing, *(float(x[i]) for x in ranges)])
         head = ["direction\ndeg", f"largest\n{MOMENT[0]}", "factor", "DLC", "case", *_slope_heads(slopes)]
         parts.append((title_of(str(place)), [Beside(both), Table(head, rows)]))
@@ -368,6 +368,6 @@ def _duty_table(duties: pd.DataFrame) -> Table:
         travel = [math.degrees(duty.travel), duty.moving / HOUR, 100.0 * duty.moving_share]
         rates = [math.degrees(duty.rms_rate), math.degrees(duty.largest_rate)]
         counts = [float(duty.starts), float(duty.reversals)]
-        rows.append([title_of(str(drive)), *travel, *counts, *rates, Case(str(duty.case))])
+        rows.append([title_of(str(drive)), *travel, *counts, *rates, CaseName(str(duty.case))])
     head = ["drive", "travel\ndeg", "moving\nh", "moving\n%", "starts", "reversals", "rms rate\ndeg/s"]
     return Table([*head, "largest rate\ndeg/s", "case"], rows, caption="Annual duty of the drives")

@@ -17,7 +17,7 @@ from meltemi.papers.he2018.measures import CEILINGS, change, likelihood, percent
 from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, LoadControlRuns, run_all
 from meltemi.papers.study import Contents, Draw, Study, applied, guarded_table, guarded_text
 from meltemi.papers.verdict import UNJUDGED
-from meltemi.reports.blocks import Block, Part, Section, Table
+from meltemi.reports.blocks import Block, Section, Subsection, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.tuning.compare import WHOLE
 from meltemi.tuning.run_store import guarded
@@ -81,7 +81,9 @@ def _lead(runs: LoadControlRuns, lines: list[Claim], beside: list[Claim]) -> str
 def _chapters(runs: LoadControlRuns, draw: Draw, *, paper: bool) -> dict[str, Section]:
     """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
     divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
-    built = Part("Which scheme we would build", [guarded_text(partial(beyond.verdict, runs), "Which scheme to build")])
+    built = Subsection(
+        "Which scheme we would build", [guarded_text(partial(beyond.verdict, runs), "Which scheme to build")]
+    )
     not_detuned = guarded_text(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
     wanted: dict[str, tuple[str, list[Callable[[LoadControlRuns], Table]]]] = {
         "ceilings": ("How much was there to gain", [ceiling_table]),

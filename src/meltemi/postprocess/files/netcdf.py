@@ -50,7 +50,7 @@ def _result(file: h5py.File) -> Result:
     about = attributes(file)
     channels = tuple(_channel(entry) for entry in json.loads(about["channels"]))
     if len({channel.name for channel in channels}) < len(channels):
-        raise ValueError("a channel stands twice")
+        raise ValueError("two channels have the same name")
     time = file["time"][:]
     return Result(
         time=time,
