@@ -38,7 +38,9 @@ def amplitudes(spectrum: str) -> Complex:
     made = []
     for seed in range(1, SEEDS + 1):
         setup = wind(spectrum, seed)
-        fluctuation = generate_field(setup, GRID, DURATION).velocity - mean_profile(setup, GRID)[:, None]
+        fluctuation = (
+            generate_field(setup, GRID, DURATION).velocity - mean_profile(setup, GRID.z, GRID.hub_height)[:, None]
+        )
         made.append(np.fft.rfft(fluctuation, axis=0, norm="forward")[1:-1].astype(np.complex64))
     return np.array(made)
 

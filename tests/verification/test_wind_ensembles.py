@@ -73,7 +73,7 @@ def wind(spectrum: str, seed: int = 1, **options: object) -> TurbulentWind:
 
 def coefficients(box: WindBox, setup: TurbulentWind, grid: WindGrid = GRID) -> Complex:
     """(3, P, B) Fourier coefficients of the fluctuations."""
-    fluctuation = box.velocity - mean_profile(setup, grid)[:, None]
+    fluctuation = box.velocity - mean_profile(setup, grid.z, grid.hub_height)[:, None]
     amplitudes = np.fft.rfft(fluctuation, axis=0, norm="forward")[1:-1]
     return amplitudes.reshape(len(amplitudes), -1, 3).transpose(2, 1, 0)
 
@@ -751,7 +751,7 @@ def test_turbsim_boxes_are_of_the_same_population(reference: Path) -> None:
     """
     grid = WindGrid(points_y=15, points_z=15, dy=150.0 / 14.0, dz=150.0 / 14.0, bottom=15.0, hub_height=90.0)
     settings = {"speed": 20.0, "dt": 0.1, "scaled": True, "shear_exponent": 0.2}
-    profile = mean_profile(wind("vonkarman", **settings), grid)
+    profile = mean_profile(wind("vonkarman", **settings), grid.z, grid.hub_height)
     seeds = 20
     ours = [
         box_statistics(generate_field(wind("vonkarman", s, **settings), grid, 728.0).velocity, profile, 0.1)

@@ -17,7 +17,6 @@ from meltemi.report.palette import COLOURS, FAINT, INK, SOFT
 from meltemi.report.plots import ABOVE, ON_TOP, figure_title, heading, new_figure, note, panel
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.turbulence.field import generate_field, mean_profile
-from meltemi.turbulence.grid import WindGrid
 from meltemi.turbulence.statistics import COMPONENTS, field_statistics, hub_point, wind_coherence, wind_spectrum
 from meltemi.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind.fields import SharedTurbulence, SteadyWind, WindBox, WindSeries
@@ -319,7 +318,7 @@ def plot_profile(
     speed_panel, direction_panel = axes[0, 0], axes[0, 1]
     if isinstance(wind, WindBox):
         statistics = field_statistics(wind, _hub(wind, turbine))
-        z = wind.bottom + wind.dz * np.arange(len(statistics.mean))
+        z = wind.bottom + wind.dz * np.arange(len(statistics.mean), dtype=np.float64)
         mean = statistics.mean.mean(axis=1)
         speed, direction = np.hypot(mean[:, 0], mean[:, 1]), wind.direction - np.arctan2(mean[:, 1], mean[:, 0])
         each = np.hypot(statistics.mean[..., 0], statistics.mean[..., 1])
@@ -338,15 +337,8 @@ def plot_profile(
         _profile_panel(intensity_panel, title, "standard deviation over speed at hub [%]")
         intensity_panel.legend()
         if target is not None:
-            described = WindGrid(
-                points_y=2,
-                points_z=max(len(z), 2),
-                dy=wind.width,
-                dz=wind.dz,
-                bottom=wind.bottom,
-                hub_height=min(max(turbine.hub_height if turbine else statistics.height, wind.bottom), wind.top),
-            )
-            wanted = mean_profile(target, described)
+            hub = min(max(turbine.hub_height if turbine else statistics.height, wind.bottom), wind.top)
+            wanted = mean_profile(target, z, hub)
             speed_panel.plot(np.hypot(wanted[:, 0], wanted[:, 1]), z, label="target", zorder=3, **TARGET)
             turned = target.direction - np.arctan2(wanted[:, 1], wanted[:, 0])
             direction_panel.plot(np.degrees(turned), z, label="target", zorder=3, **TARGET)

@@ -62,7 +62,7 @@ def generate_field(
             "into memory: a higher speed, a shorter duration, fewer points or a larger dt reduce its size"
         )
     n = max(2 * round(0.5 * planes), 4) if wind.periodic else exponential.even_fast(math.ceil(planes), real=True)
-    mean = mean_profile(wind, grid)
+    mean = mean_profile(wind, grid.z, grid.hub_height)
     measured = hub_amplitudes(wind, grid, n) if wind.hub_series is not None else {}
     for component, amplitudes in measured.items():  # the mean of the measurement belongs to the mean wind
         mean[:, component] += amplitudes[0].real * (mean[:, 0] / wind.speed if component == 0 else 1.0)
@@ -91,14 +91,13 @@ def generate_field(
     )
 
 
-def mean_profile(wind: TurbulentWind, grid: WindGrid) -> Float:
-    """(Z, 3) [m/s] mean wind of the rows, in the axes of the box."""
-    z = grid.z
+def mean_profile(wind: TurbulentWind, z: Float, hub_height: float) -> Float:
+    """(Z, 3) [m/s] mean wind at heights ``z`` (Z,) [m], in the axes of the box."""
     if wind.roughness > 0.0:
-        speed = wind.speed * np.maximum(np.log(z / wind.roughness) / math.log(grid.hub_height / wind.roughness), 0.0)
+        speed = wind.speed * np.maximum(np.log(z / wind.roughness) / math.log(hub_height / wind.roughness), 0.0)
     else:
-        speed = wind.speed * (z / grid.hub_height) ** wind.shear_exponent
-    turned = wind.veer * (z - grid.hub_height)
+        speed = wind.speed * (z / hub_height) ** wind.shear_exponent
+    turned = wind.veer * (z - hub_height)
     return np.stack([speed * np.cos(turned), -speed * np.sin(turned), speed * math.tan(wind.upflow)], axis=1)
 
 

@@ -15,9 +15,13 @@ from meltemi.iec.winds import ewm_steady as ewm_steady
 from meltemi.iec.winds import ewm_turbulent as ewm_turbulent
 from meltemi.iec.winds import ntm as ntm
 from meltemi.iec.winds import nwp as nwp
+from meltemi.turbulence.conditioned import ConditionedField as ConditionedField
+from meltemi.turbulence.conditioned import conditioned_field as conditioned_field
 from meltemi.turbulence.field import generate_field as generate_field
 from meltemi.turbulence.grid import WindGrid as WindGrid
 from meltemi.turbulence.grid import wind_grid_for as wind_grid_for
+from meltemi.turbulence.sensors import Sensor as Sensor
+from meltemi.turbulence.sensors import measured_wind as measured_wind
 from meltemi.turbulence.statistics import field_statistics as field_statistics
 from meltemi.turbulence.statistics import series_statistics as series_statistics
 from meltemi.turbulence.statistics import wind_coherence as wind_coherence

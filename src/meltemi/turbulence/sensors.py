@@ -1,0 +1,206 @@
+"""Sensors on a mast, and the mean wind that fits them.
+
+Reference: docs/theory/wind.md (W-47 to W-49).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from typing import Annotated, Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
+
+from meltemi.core.errors import InputError
+from meltemi.core.record import Record, Vector
+from meltemi.wind.turbulent import TurbulentWind
+
+Float = NDArray[np.float64]
+
+MOST_MISSING = 0.2
+"""Share of the samples of a sensor that may be missing."""
+STRONGEST = 300.0
+"""[m/s] or [rad] of a sample."""
+
+
+def _gapped(value: Any) -> Float:
+    try:
+        array = np.array(value, np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise ValueError("expected numbers, NaN where a sample is missing") from None
+    if array.ndim != 1:
+        raise ValueError("expected a list of numbers")
+    if np.any(np.abs(array) > STRONGEST):  # infinite ones included
+        raise ValueError(f"entry {int(np.argmax(np.abs(array) > STRONGEST)) + 1} is beyond {STRONGEST:g}")
+    array.setflags(write=False)
+    return array
+
+
+Samples = Annotated[
+    NDArray[np.float64],
+    BeforeValidator(_gapped),
+    PlainSerializer(lambda a: a.tolist(), return_type=list[Any]),
+    WithJsonSchema({"type": "array", "items": {"type": "number"}}),
+]
+"""A read-only list of samples, NaN where one is missing."""
+
+
+class Sensor(Record):
+    """Series measured at one place of a mast.
+
+    A sonic anemometer gives ``u`` and ``v``, a cup ``speed``, a vane ``direction``, a cup with a vane beside it both;
+    ``w`` is optional. A missing sample is NaN.
+
+    Raises:
+      InputError: the sensor measures nothing, or both velocity and speed, the lists differ in length, the time does not
+        increase, or more than a fifth of the samples is missing.
+    """
+
+    height: float = Field(gt=0.0, le=1000.0)
+    """[m; 2 to 300] above ground."""
+    across: float = Field(default=0.0, ge=-1e4, le=1e4)
+    """[m; -500 to 500] from the vertical plane through the tower axis along the mean wind, to the left looking
+    downwind."""
+    time: Vector
+    """(T,) [s] increasing; time 0 is the start of the simulation."""
+    u: Samples | None = None
+    """(T,) [m/s] along x of the inertial axes, including the mean."""
+    v: Samples | None = None
+    """(T,) [m/s] along y, to the left looking along x."""
+    w: Samples | None = None
+    """(T,) [m/s] upwards."""
+    speed: Samples | None = None
+    """(T,) [m/s; 1 to 80] horizontal speed."""
+    direction: Samples | None = None
+    """(T,) [rad] wind direction, clockwise seen from above, 0 along x."""
+    noise: float = Field(default=0.0, ge=0.0, le=10.0)
+    """[m/s; 0.01 to 1] standard deviation of the errors of the velocities, independent from sample to sample."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        n = len(self.time)
+        if n < 2 or np.any(np.diff(self.time) <= 0.0):
+            raise ValueError("time needs at least 2 entries and must increase")
+        series = {name: x for name in SERIES if (x := getattr(self, name)) is not None}
+        if not series:
+            raise ValueError("the sensor measures nothing: give u and v, speed, direction, or w")
+        if ("u" in series) != ("v" in series):
+            raise ValueError("u and v are given together; a speed without direction is speed")
+        if "u" in series and series.keys() & {"speed", "direction"}:
+            raise ValueError("u and v contain speed and direction: give only one of both")
+        for name, x in series.items():
+            if len(x) != n:
+                raise ValueError(f"{name} must have {n} entries like time, found {len(x)}")
+            if np.mean(np.isnan(x)) > MOST_MISSING:
+                raise ValueError(
+                    f"{100.0 * np.mean(np.isnan(x)):.3g} % of {name} is missing, expected at most "
+                    f"{100.0 * MOST_MISSING:g} %: shorten the series or leave {name} out"
+                )
+        return self
+
+    @property
+    def label(self) -> str:
+        """Short description, for messages."""
+        return f"sensor at {self.height:g} m, {self.across:g} m across"
+
+
+SERIES = ("u", "v", "w", "speed", "direction")
+
+
+def horizontal(sensor: Sensor) -> tuple[Float, Float] | None:
+    """Velocity (T,), (T,) [m/s] along x and y of the inertial axes, of a sensor that has speed and direction (W-47)."""
+    if sensor.u is not None and sensor.v is not None:
+        return sensor.u, sensor.v
+    if sensor.speed is not None and sensor.direction is not None:
+        return sensor.speed * np.cos(sensor.direction), -sensor.speed * np.sin(sensor.direction)
+    return None
+
+
+def components(sensor: Sensor, wind: TurbulentWind, mean: Float) -> dict[int, Float]:
+    """Velocities (T,) [m/s] in the axes of the field, by number of the component (W-47).
+
+    Args:
+      sensor: sensor.
+      wind: its direction is that of the axes.
+      mean: (3,) [m/s] mean wind at the sensor in these axes: a cup alone gives u, a vane alone v, to the first order of
+        the fluctuations.
+    """
+    c, s = math.cos(wind.direction), math.sin(wind.direction)
+    result = {}
+    if (both := horizontal(sensor)) is not None:
+        x, y = both
+        result = {0: c * x - s * y, 1: s * x + c * y}
+    elif sensor.speed is not None:
+        result = {0: sensor.speed + mean[0] - math.hypot(mean[0], mean[1])}
+    elif sensor.direction is not None:
+        result = {1: -math.hypot(mean[0], mean[1]) * np.sin(sensor.direction - wind.direction)}
+    if sensor.w is not None:
+        result[2] = sensor.w
+    return result
+
+
+def measured_wind(
+    sensors: Sequence[Sensor],
+    hub_height: float,
+    *,
+    shear_exponent: float | None = None,
+    veer: float | None = None,
+    **options: Any,
+) -> TurbulentWind:
+    """The turbulent wind whose mean and intensity fit sensors.
+
+    Speed and shear exponent fit the logarithms of the mean speeds over that of the height, direction and veer the mean
+    directions over the height, by least squares (W-48, W-49). The mean of a velocity is that of its vector; that of a
+    cup alone is the scalar mean, which is larger by half the lateral variance over the speed. The intensity is
+    that of the mean variance of the longitudinal component, less that of the noise.
+
+    Args:
+      sensors: at least one measures the speed; time and place do not matter but for the height.
+      hub_height: [m] where mean speed, direction and intensity hold.
+      shear_exponent: [-] of the power law; by default fitted to speeds at two heights or more, 0.2 for one.
+      veer: [rad/m]; by default fitted to directions at two heights or more, 0 for one.
+      options: further fields of :class:`TurbulentWind`, such as ``spectrum``, ``coherent`` or ``seed``; a ``direction``
+        [rad] holds if no sensor measures it.
+
+    Raises:
+      InputError: no sensor measures the speed, or a mean is out of the range of :class:`TurbulentWind`.
+    """
+    speeds, directions = [], []
+    for sensor in sensors:
+        if (both := horizontal(sensor)) is not None:
+            x, y = (np.nanmean(v + 0.0 * both[0] * both[1]) for v in both)
+            speeds.append((sensor.height, math.hypot(x, y)))
+            directions.append((sensor.height, -math.atan2(y, x)))
+        elif sensor.speed is not None:
+            speeds.append((sensor.height, float(np.nanmean(sensor.speed))))
+        elif sensor.direction is not None:
+            directions.append((sensor.height, cmath.phase(complex(np.nanmean(np.exp(1j * sensor.direction))))))
+    if not speeds or min(speed for _, speed in speeds) <= 0.0:
+        raise InputError("sensors: the mean wind needs a mean speed above 0: give u and v, or speed, of a sensor")
+    z, mean = np.array(speeds).T
+    default = TurbulentWind.model_fields["shear_exponent"].default
+    level, exponent = _line(np.log(z / hub_height), np.log(mean), shear_exponent, default)
+    turn = veer or 0.0
+    if directions:
+        z, angle = np.array(directions).T
+        level_of, turn = _line(z - hub_height, np.angle(np.exp(1j * (angle - angle[0]))), veer, 0.0)
+        options["direction"] = cmath.phase(cmath.exp(1j * (angle[0] + level_of)))
+    wind = TurbulentWind(
+        speed=math.exp(level), intensity=0.0, shear_exponent=exponent, veer=turn, **options | {"hub_series": None}
+    )
+    at = np.array([math.exp(level), 0.0, 0.0])
+    along = [(series[0], s.noise) for s in sensors if 0 in (series := components(s, wind, at))]
+    variance = np.mean([max(float(np.nanvar(x)) - noise**2, 0.0) for x, noise in along])
+    return wind.replace(intensity=math.sqrt(variance) / wind.speed)
+
+
+def _line(x: Float, y: Float, slope: float | None, default: float) -> tuple[float, float]:
+    """Intercept and slope of the line that fits points (n,); the slope is given or, for one abscissa, the default."""
+    if slope is None and np.ptp(x) == 0.0:
+        slope = default
+    if slope is None:
+        slope = float(np.cov(x, y, bias=True)[0, 1] / np.var(x))
+    return float(np.mean(y - slope * x)), slope
