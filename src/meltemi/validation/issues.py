@@ -1,0 +1,54 @@
+"""Issues of measured data: what is missing, duplicated, spiky, stuck, late or implausible, one line each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from meltemi.report.tables import number
+from meltemi.reports.blocks import Table
+
+
+@dataclass(frozen=True)
+class DataIssue:
+    """One doubtful place in the data; the data are unchanged.
+
+    Attributes:
+      kind: gap, missing, duplicate, order, spike, stuck, clock, unit, sign, turbine.
+      file: name of the file.
+      channel: channel and its column; empty for all of a file.
+      time: [s] since 1970 at which it begins.
+      duration: [s].
+      samples: how many are concerned.
+      text: what was expected, what is there, what to do.
+    """
+
+    kind: str
+    file: str
+    channel: str
+    time: float
+    duration: float
+    samples: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}: {f'{self.channel}: ' if self.channel else ''}{self.text}"
+
+
+def issues_table(issues: Sequence[DataIssue]) -> Table:
+    """Issues as a table of reports."""
+    from datetime import UTC, datetime
+
+    rows = [
+        [
+            each.kind,
+            each.file,
+            each.channel,
+            datetime.fromtimestamp(each.time, UTC).strftime("%Y-%m-%d %H:%M:%S"),
+            number(each.duration),
+            str(each.samples),
+            each.text,
+        ]
+        for each in issues
+    ]
+    return Table(["kind", "file", "channel", "begin (UTC)", "duration\ns", "samples", "what to do"], rows, text_columns=4)
