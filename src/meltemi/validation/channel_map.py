@@ -88,6 +88,8 @@ class TimeStamps(Record):
     def _check(self) -> Self:
         if self.column is None and self.name is None:
             raise ValueError("give the column of the time stamps, or name: the date in the name of the file")
+        if self.name is not None and self.column is not None and self.form != "seconds":
+            raise ValueError(f"name: the column {self.column!r} has dates of its own; leave name out, or form: seconds")
         self.time_zone()
         return self
 

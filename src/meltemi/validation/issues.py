@@ -4,9 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Table
+
+
+def moment(time: float) -> str:
+    """A time [s] since 1970 in UTC as text."""
+    return datetime.fromtimestamp(time, UTC).strftime("%Y-%m-%d %H:%M:%S")
 
 
 @dataclass(frozen=True)
@@ -37,18 +43,18 @@ class DataIssue:
 
 def issues_table(issues: Sequence[DataIssue]) -> Table:
     """Issues as a table of reports."""
-    from datetime import UTC, datetime
-
     rows = [
         [
             each.kind,
             each.file,
             each.channel,
-            datetime.fromtimestamp(each.time, UTC).strftime("%Y-%m-%d %H:%M:%S"),
+            moment(each.time),
             number(each.duration),
             str(each.samples),
             each.text,
         ]
         for each in issues
     ]
-    return Table(["kind", "file", "channel", "begin (UTC)", "duration\ns", "samples", "what to do"], rows, text_columns=4)
+    return Table(
+        ["kind", "file", "channel", "begin (UTC)", "duration\ns", "samples", "what to do"], rows, text_columns=4
+    )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any, Self
 
@@ -27,11 +27,6 @@ DATENUM_1970 = 719529.0
 """MATLAB's day number of 1970-01-01."""
 DAY = 86400.0
 """[s]."""
-
-
-def moment(time: float) -> str:
-    """A time [s] since 1970 in UTC as text."""
-    return datetime.fromtimestamp(time, UTC).strftime("%Y-%m-%d %H:%M:%S")
 
 
 @dataclass(frozen=True)
@@ -241,10 +236,14 @@ def _series(key: str, logger: Logger, tables: Sequence[tuple[str, Columns]]) -> 
         parts.append((file, *_times(file, columns, logger, n), values))
     rates = [rate for _, _, rate, _ in parts if np.isfinite(rate)]
     if not rates:
-        raise InputError(f"{parts[0][0]}: the sampling rate cannot be seen from one sample; give the rate of the logger")
+        raise InputError(
+            f"{parts[0][0]}: the sampling rate cannot be seen from one sample; give the rate of the logger"
+        )
     rate = float(np.median(rates))
     if different := [f"{file} has {r:g} Hz" for file, _, r, _ in parts if abs(r / rate - 1.0) > 0.01]:
-        raise InputError(f"logger {key!r}: {different[0]}, other files {rate:g} Hz; put them into a logger of their own")
+        raise InputError(
+            f"logger {key!r}: {different[0]}, other files {rate:g} Hz; put them into a logger of their own"
+        )
     parts.sort(key=lambda part: float(part[1][0]) if len(part[1]) else np.inf)
     first = np.concatenate([[0], np.cumsum([len(part[1]) for part in parts])[:-1]]).astype(int)
     joined = {}
@@ -303,7 +302,9 @@ def _numbers(file: str, column: NDArray[Any], stamps: TimeStamps) -> Float:
         try:
             return np.array([stamps.posix(datetime.fromisoformat(str(each))) for each in column.tolist()])
         except ValueError as error:
-            raise InputError(f"{file}: column {stamps.column!r}: not a date of ISO 8601 ({error}); see time.form") from None
+            raise InputError(
+                f"{file}: column {stamps.column!r}: not a date of ISO 8601 ({error}); see time.form"
+            ) from None
     if stamps.form == "iso":
         raise InputError(
             f"{file}: column {stamps.column!r}: expected dates such as 2024-05-01 12:00:00, found numbers; give "

@@ -79,7 +79,9 @@ def read_csv(path: Path) -> Columns:
         raise InputError(f"{path}: expected a row of names and rows of numbers, found no row of numbers")
     short = next((i for i in range(first, len(rows)) if len(rows[i]) != len(names)), 0)
     if short:
-        raise InputError(f"{path}: expected {len(names)} cells in each row, found {len(rows[short])}: {lines[short][:60]!r}")
+        raise InputError(
+            f"{path}: expected {len(names)} cells in each row, found {len(rows[short])}: {lines[short][:60]!r}"
+        )
     return {name: _cells([row[i] for row in rows[first:]], name, path) for i, name in enumerate(names)}
 
 
@@ -131,7 +133,11 @@ def read_hdf5_columns(path: Path, offset: int = 0) -> Columns:
             if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and max(item.shape, default=0) == item.size:
                 x = np.asarray(item[()], float).reshape(-1)
                 unit = str(attributes(item).get("units", ""))
-                since = np.datetime64(unit[14:].strip().removesuffix("Z"), "us") if unit.startswith("seconds since") else None
+                since = (
+                    np.datetime64(unit[14:].strip().removesuffix("Z"), "us")
+                    if unit.startswith("seconds since")
+                    else None
+                )
                 found[name] = x if since is None else x + since.astype(float) * 1e-6
 
         file.visititems(add)
@@ -159,7 +165,10 @@ def read_matlab5(path: Path) -> Columns:
         if isinstance(value, np.void) or (isinstance(value, np.ndarray) and value.dtype.names and not value.ndim):
             for name in value.dtype.names or ():
                 inner = value[name]
-                add(f"{prefix}/{name}", inner.item() if getattr(inner, "dtype", None) == object and not inner.ndim else inner)
+                add(
+                    f"{prefix}/{name}",
+                    inner.item() if getattr(inner, "dtype", None) == object and not inner.ndim else inner,
+                )
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiuUS":
             found[prefix] = value
 
@@ -171,7 +180,9 @@ def read_matlab5(path: Path) -> Columns:
 
 def columns_of_frame(frame: Any) -> Columns:
     """Columns of a data frame of pandas, its index among them as ``index`` or under its name."""
-    columns: Mapping[Any, Any] = {frame.index.name or "index": frame.index} | {name: frame[name] for name in frame.columns}
+    columns: Mapping[Any, Any] = {frame.index.name or "index": frame.index} | {
+        name: frame[name] for name in frame.columns
+    }
     found = {}
     for name, x in columns.items():
         zoned = getattr(x.dtype, "tz", None) is not None
