@@ -27,8 +27,6 @@ from meltemi.validation.measurements import MeasuredRecord
 from meltemi.validation.selection import rated_rotor_speed
 
 Float = NDArray[np.float64]
-Moments = Callable[[Float], Float]
-"""(T, 2) moments of gravity [N m] on two gauges at (T,) angles [rad]."""
 Use = Literal["all", "range"]
 """Of a calibrated gauge all statistics are compared; of another one its standard deviation and equivalent load only."""
 FLAP, EDGE = "root_moment_flap_{}", "root_moment_edge_{}"
@@ -127,32 +125,27 @@ def tower_moments(turbine: Turbine, yaw: Float, gravity: float = Environment().g
 
 
 def calibrate(
-    channels: tuple[str, str],
-    readings: Float,
-    angle: Float,
-    moments: Moments,
-    parts: NDArray[np.intp],
-    date: float = 0.0,
+    channels: tuple[str, str], readings: Float, moments: Float, turned: Float, parts: NDArray[np.intp], date: float = 0.0
 ) -> Calibration:
     """Zero and gain of two gauges from their readings under gravity (V-10, V-11).
 
     Args:
       channels: names of the gauges.
-      readings: (T, 2) in any unit.
-      angle: (T,) [rad] azimuth or yaw.
-      moments: of gravity at angles.
+      readings: (T, 2) in any unit, NaN where one is missing.
+      moments: (T, 2) [N m] of gravity.
+      turned: (T, 2) [N m/rad] their derivatives by azimuth or yaw.
       parts: (T,) number of the revolution, or part of a sweep, of each sample.
       date: [s] since 1970.
 
     Raises:
       InputError: there are too few parts, or a gauge has the wrong sign.
     """
-    finite = np.all(np.isfinite(readings), axis=1) & np.isfinite(angle)
-    M, s, part = moments(angle)[finite], readings[finite], parts[finite]
+    finite = np.all(np.isfinite(readings), axis=1)
+    M, s, part = moments[finite], readings[finite], parts[finite]
     known = np.unique(part)
     if len(known) < LEAST_PARTS:
         raise InputError(
-            f"{channels[0]}: {len(known)} revolutions or parts of a sweep; {LEAST_PARTS} are needed to calibrate"
+            f"{channels[0]}: {len(known)} revolutions or parts of a sweep; {LEAST_PARTS} are needed to calibrate by gravity"
         )
     size = float(np.max(np.abs(M)))
     shape = M - M.mean(axis=0)
@@ -189,9 +182,7 @@ def calibrate(
         )
     open_ = [i for i in range(2) if use[i] == "range"]
     zero[open_], gain[open_] = np.nan, np.nan
-    step = 1e-4
-    turned = (moments(angle[finite] + step) - moments(angle[finite] - step)) @ K.T / (2.0 * step)
-    error = _angle_error(turned, rest, M, [i for i in range(2) if use[i] == "all"])
+    error = _angle_error(turned[finite] @ K.T, rest, M, [i for i in range(2) if use[i] == "all"])
     return Calibration(
         channels, zero, half[:2], gain, half[2:].reshape(2, 2), (use[0], use[1]), n, error, date, tuple(notes)
     )
@@ -242,18 +233,9 @@ def calibrate_roots(records: Sequence[MeasuredRecord], turbine: Turbine, blade: 
         pitches.append(pitch[whole])
         parts.append(turn[whole] + count)
         count += int(turn.max())
-    pitch = np.concatenate(pitches)
-    s, psi = np.concatenate(readings), np.concatenate(azimuths)
-    good = np.isfinite(psi) & np.isfinite(pitch)
-    pitch = pitch[good]
-
-    def weight(azimuth: Float) -> Float:
-        return root_moments(turbine, azimuth, pitch[there])
-
-    there = np.all(np.isfinite(s[good]), axis=1)
-    return calibrate(
-        names, s[good][there], psi[good][there], weight, np.concatenate(parts)[good][there], records[0].begin
-    )
+    psi, pitch = np.concatenate(azimuths), np.concatenate(pitches)
+    M, turned = _and_derivative(lambda angle: root_moments(turbine, angle, pitch), psi)
+    return calibrate(names, np.concatenate(readings), M, turned, np.concatenate(parts), records[0].begin)
 
 
 def calibrate_tower(record: MeasuredRecord, turbine: Turbine, sectors: int = 12) -> Calibration:
@@ -268,8 +250,14 @@ def calibrate_tower(record: MeasuredRecord, turbine: Turbine, sectors: int = 12)
       InputError: a channel is missing, the sweep is too short, or a sign is wrong.
     """
     s, (yaw,) = _together(record, TOWER, ("nacelle_yaw",))
-    sector = np.floor(np.nan_to_num(np.unwrap(yaw)) / (2.0 * np.pi) * sectors).astype(np.intp)
-    return calibrate(TOWER, s, yaw, lambda angle: tower_moments(turbine, angle), sector, record.begin)
+    sector = np.floor(yaw / (2.0 * np.pi) * sectors).astype(np.intp)
+    M, turned = _and_derivative(lambda angle: tower_moments(turbine, angle), yaw)
+    return calibrate(TOWER, s, M, turned, sector, record.begin)
+
+
+def _and_derivative(moments: Callable[[Float], Float], angle: Float, step: float = 1e-4) -> tuple[Float, Float]:
+    """Moments at angles and their derivatives by the angle."""
+    return moments(angle), (moments(angle + step) - moments(angle - step)) / (2.0 * step)
 
 
 def _together(record: MeasuredRecord, gauges: Sequence[str], angles: Sequence[str]) -> tuple[Float, list[Float]]:
