@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from meltemi import InputError, Turbine
 from meltemi.validation.gauges import (
@@ -47,15 +48,17 @@ def record(signals: dict[str, Float], begin: float = 1e9) -> MeasuredRecord:
 
 def noise(n: int, size: float, seed: np.random.Generator) -> Float:
     """(n, 2) first-order noise with a time constant of a second: gusts at idle."""
-    x = np.zeros((n, 2))
     shocks = seed.standard_normal((n, 2)) * np.sqrt(1.0 - 0.9**2)
-    for i in range(1, n):
-        x[i] = 0.9 * x[i - 1] + shocks[i]
-    return size * x
+    return size * np.asarray(lfilter([1.0], [1.0, -0.9], shocks, axis=0))
 
 
 def idle(
-    turbine: Turbine, seed: int, *, pitches: tuple[float, ...] = (0.05, 1.4), azimuth_error: float = 0.0, zero: Float = ZERO
+    turbine: Turbine,
+    seed: int,
+    *,
+    pitches: tuple[float, ...] = (0.05, 1.4),
+    azimuth_error: float = 0.0,
+    zero: Float = ZERO,
 ) -> list[MeasuredRecord]:
     """Records of twelve revolutions at 1.5 rpm and each pitch angle."""
     chance, records = np.random.default_rng(seed), []

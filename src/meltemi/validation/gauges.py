@@ -125,7 +125,12 @@ def tower_moments(turbine: Turbine, yaw: Float, gravity: float = Environment().g
 
 
 def calibrate(
-    channels: tuple[str, str], readings: Float, moments: Float, turned: Float, parts: NDArray[np.intp], date: float = 0.0
+    channels: tuple[str, str],
+    readings: Float,
+    moments: Float,
+    turned: Float,
+    parts: NDArray[np.intp],
+    date: float = 0.0,
 ) -> Calibration:
     """Zero and gain of two gauges from their readings under gravity (V-10, V-11).
 
@@ -152,8 +157,11 @@ def calibrate(
     deviation = np.sqrt(np.mean(shape**2, axis=0)) / size
     coupled = float(np.linalg.svd(shape, compute_uv=False)[-1]) / np.sqrt(len(M)) / size >= LEAST_APART
     free = np.full((2, 2), coupled) | np.eye(2, dtype=bool)
-    best = _fit(s, M, free)
-    left = np.stack([np.concatenate(_fit(s[part != k], M[part != k], free)) for k in known])
+    scale = np.append(1.0, np.max(np.abs(M), axis=0))
+    design = np.column_stack([np.ones(len(M)), M]) / scale
+    grams = np.stack([design[part == k].T @ np.column_stack([design, s])[part == k] for k in known])
+    best = _fit(grams.sum(axis=0), free, scale)
+    left = np.stack([_fit(grams.sum(axis=0) - gram, free, scale).ravel() for gram in grams])
     n = len(known)
     quantile = float(student.ppf(0.975, n - 1))
     half = quantile * np.sqrt((n - 1.0) / n * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
@@ -188,15 +196,19 @@ def calibrate(
     )
 
 
-def _fit(s: Float, M: Float, free: NDArray[np.bool_]) -> Float:
-    """Rows: zero (2,), and C (2, 2), by least squares of the readings over the moments."""
-    scale = np.max(np.abs(M), axis=0)
-    zero, K = np.zeros(2), np.zeros((2, 2))
+def _fit(gram: Float, free: NDArray[np.bool_], scale: Float) -> Float:
+    """Rows: zero (2,), and C (2, 2), by least squares of the readings over the moments.
+
+    Args:
+      gram: (3, 5) products of the columns of the design, which are one and the moments, with it and the readings.
+      free: (2, 2) which moments each gauge may feel.
+      scale: (3,) of the columns.
+    """
+    rows = np.zeros((2, 3))
     for i in range(2):
-        design = np.column_stack([np.ones(len(M)), (M / scale)[:, free[i]]])
-        found = np.linalg.lstsq(design, s[:, i], rcond=None)[0]
-        zero[i], K[i, free[i]] = found[0], found[1:] / scale[free[i]]
-    return np.vstack([zero, np.linalg.pinv(K)])
+        at = np.flatnonzero(np.append(True, free[i]))
+        rows[i, at] = np.linalg.lstsq(gram[np.ix_(at, at)], gram[at, 3 + i], rcond=None)[0] / scale[at]
+    return np.vstack([rows[:, 0], np.linalg.pinv(rows[:, 1:])])
 
 
 def _angle_error(turned: Float, rest: Float, M: Float, gauges: Sequence[int]) -> float:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Columns = dict[str, NDArray[Any]]
 """(T,) numbers, or texts and dates of time stamps, by the name of the column."""
-LARGEST = 4_000_000_000
+LARGEST = 1_000_000_000
 """[bytes] of a file."""
 MATLAB_HEAD = 512
 """[bytes] in front of the HDF5 part of a MAT file of version 7.3."""
@@ -115,10 +115,8 @@ def read_parquet(path: Path) -> Columns:
         columns = {name: table[name].to_numpy() for name in table.column_names}
     except (ArrowException, OSError, ValueError) as error:
         raise InputError(f"{path}: not a Parquet file, or damaged ({str(error).splitlines()[0][:100]})") from None
-    return {  # dates with a zone are in UTC in the file
-        name: np.datetime_as_string(x, timezone="UTC") if getattr(table.schema.field(name).type, "tz", None) else x
-        for name, x in columns.items()
-    }
+    zoned = {field.name for field in table.schema if getattr(field.type, "tz", None)}  # in UTC in the file
+    return {name: _in_utc(x) if name in zoned else x for name, x in columns.items()}
 
 
 def read_hdf5_columns(path: Path, offset: int = 0) -> Columns:
@@ -167,7 +165,9 @@ def read_matlab5(path: Path) -> Columns:
                 inner = value[name]
                 add(
                     f"{prefix}/{name}",
-                    inner.item() if getattr(inner, "dtype", None) == object and not inner.ndim else inner,
+                    inner.item()
+                    if isinstance(inner, np.ndarray) and inner.dtype.hasobject and not inner.ndim
+                    else inner,
                 )
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiuUS":
             found[prefix] = value
@@ -180,13 +180,13 @@ def read_matlab5(path: Path) -> Columns:
 
 def columns_of_frame(frame: Any) -> Columns:
     """Columns of a data frame of pandas, its index among them as ``index`` or under its name."""
-    columns: Mapping[Any, Any] = {frame.index.name or "index": frame.index} | {
-        name: frame[name] for name in frame.columns
+    columns: Mapping[Any, Any] = {frame.index.name or "index": frame.index} | dict(frame.items())
+    return {
+        str(name): _in_utc(x.to_numpy("M8[us]")) if getattr(x.dtype, "tz", None) else np.asarray(x)
+        for name, x in columns.items()
     }
-    found = {}
-    for name, x in columns.items():
-        zoned = getattr(x.dtype, "tz", None) is not None
-        x = (x.dt if hasattr(x, "dt") else x).tz_convert("UTC") if zoned else x
-        values = np.asarray(x.to_numpy())
-        found[str(name)] = np.datetime_as_string(values.astype("M8[us]"), timezone="UTC") if zoned else values
-    return found
+
+
+def _in_utc(dates: NDArray[Any]) -> NDArray[Any]:
+    """Texts of dates that are in UTC."""
+    return np.datetime_as_string(dates, timezone="UTC")
