@@ -232,7 +232,7 @@ def test_wrong_names_and_stamps() -> None:
 
 def test_wrong_files(tmp_path: Path) -> None:
     given = channel_map({"column": "t"})
-    with pytest.raises(InputError, match="no file '\\*' of logger 'scada'; the folder has no files"):
+    with pytest.raises(InputError, match="no file '\\*' of logger 'scada'; it has no files"):
         read_measurements(tmp_path, given)
     with pytest.raises(InputError, match="no such file or folder"):
         read_measurements(tmp_path / "x", given)

@@ -76,7 +76,7 @@ class TimeStamps(Record):
     column: str | None = None
     """Name of the column; without it samples follow each other at the rate of the logger from the begin in the name."""
     form: Literal["iso", "posix", "matlab", "seconds"] = "iso"
-    """Texts of ISO 8601 or dates; seconds since 1970; days of MATLAB's ``datenum``; seconds from the begin in the name."""
+    """ISO 8601 or dates; seconds since 1970; days of MATLAB's ``datenum``; seconds from the date in the name."""
     zone: str = "UTC"
     """Time zone of stamps that name none: ``UTC``, ``+01:00`` or a name such as ``Europe/Berlin``."""
     stamp: Literal["begin", "end"] = "begin"

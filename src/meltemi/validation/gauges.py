@@ -27,6 +27,8 @@ from meltemi.validation.measurements import MeasuredRecord
 from meltemi.validation.selection import rated_rotor_speed
 
 Float = NDArray[np.float64]
+GRAVITY = Environment().gravity
+"""[m/s^2]."""
 Use = Literal["all", "range"]
 """Of a calibrated gauge all statistics are compared; of another one its standard deviation and equivalent load only."""
 FLAP, EDGE = "root_moment_flap_{}", "root_moment_edge_{}"
@@ -83,7 +85,7 @@ def first_moment(turbine: Turbine) -> Float:
     return np.asarray(np.trapezoid(m[:, None] * beam.axis + offset, beam.position, axis=0))
 
 
-def root_moments(turbine: Turbine, azimuth: Float, pitch: Float, gravity: float = Environment().gravity) -> Float:
+def root_moments(turbine: Turbine, azimuth: Float, pitch: Float, gravity: float = GRAVITY) -> Float:
     """(T, 2) flapwise and edgewise moment [N m] of a blade's weight at its root, in pitched blade axes (V-6, V-7).
 
     Args:
@@ -117,7 +119,7 @@ def overhanging_mass(turbine: Turbine) -> Float:
     return np.array([x + nacelle.mass * nacelle.mass_centre[0], nacelle.mass * nacelle.mass_centre[1]])
 
 
-def tower_moments(turbine: Turbine, yaw: Float, gravity: float = Environment().gravity) -> Float:
+def tower_moments(turbine: Turbine, yaw: Float, gravity: float = GRAVITY) -> Float:
     """(T, 2) fore-aft and side-to-side moment [N m] of rotor and nacelle at the tower base over the yaw angle (V-9)."""
     x, y = overhanging_mass(turbine)
     c, s = np.cos(yaw), np.sin(yaw)
@@ -149,9 +151,7 @@ def calibrate(
     M, s, part = moments[finite], readings[finite], parts[finite]
     known = np.unique(part)
     if len(known) < LEAST_PARTS:
-        raise InputError(
-            f"{channels[0]}: {len(known)} revolutions or parts of a sweep; {LEAST_PARTS} are needed to calibrate by gravity"
-        )
+        raise InputError(f"{channels[0]}: {len(known)} revolutions or parts of a sweep; {LEAST_PARTS} are needed")
     size = float(np.max(np.abs(M)))
     shape = M - M.mean(axis=0)
     deviation = np.sqrt(np.mean(shape**2, axis=0)) / size

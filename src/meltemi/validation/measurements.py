@@ -198,7 +198,7 @@ def read_measurements(folder: str | Path, channels: ChannelMap) -> Measurements:
         if not paths:
             others = sorted(path.name for path in folder.iterdir())[:3]
             raise InputError(
-                f"{folder}: no file {logger.files!r} of logger {key!r}; the folder has {', '.join(others) or 'no files'}"
+                f"{folder}: no file {logger.files!r} of logger {key!r}; it has {', '.join(others) or 'no files'}"
             )
         loggers.append(_series(key, logger, [(path.name, read_columns_of(path)) for path in paths]))
     return Measurements(channels, tuple(loggers))
@@ -259,7 +259,7 @@ def _column(file: str, columns: Columns, name: str, what: str) -> NDArray[Any]:
     short = {re.sub(r"\s*[\[(].*", "", key): key for key in columns}
     if name not in columns and name not in short:
         raise InputError(
-            f"{file}: no column {name!r} for {what}: {did_you_mean(name, columns)} Correct the column in the channel map"
+            f"{file}: no column {name!r} for {what}: {did_you_mean(name, columns)}; correct the channel map"
         )
     return columns[name if name in columns else short[name]]
 

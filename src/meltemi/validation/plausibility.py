@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.units import display
-from meltemi.environment.site import STANDARD, Environment
+from meltemi.environment.site import STANDARD
 from meltemi.turbine.definition import Turbine
 from meltemi.validation.channel_map import Sensor, known_channel
-from meltemi.validation.gauges import first_moment
+from meltemi.validation.gauges import GRAVITY, first_moment
 from meltemi.validation.issues import DataIssue
 from meltemi.validation.measurements import LoggerSeries, Measurements, Signal
 from meltemi.validation.quality import HALF_HOUR, clock_lag
@@ -41,7 +41,7 @@ def ranges(turbine: Turbine) -> dict[str, tuple[float, float]]:
     omega, power = rated_rotor_speed(turbine), turbine.rated_power
     ratio, radius = turbine.drivetrain.gear_ratio, turbine.rotor_radius
     thrust = power / 5.0  # at a speed of 10 m/s and half of it lost to the wake
-    blade = max(Environment().gravity * first_moment(turbine)[2], thrust * radius / 2.0 / turbine.n_blades)
+    blade = max(GRAVITY * first_moment(turbine)[2], thrust * radius / 2.0 / turbine.n_blades)
     found = {
         "generator_power": (0.005 * power, 2.0 * power),
         "rotor_speed": (0.2 * omega, 2.0 * omega),
@@ -112,10 +112,12 @@ def _unit(
     unit, factor = display(sensor.si[0])
     fitting = [r for r in RATIOS[sensor.si[0]] if low <= size * r <= high]
     expected = f"at most {high * factor:.3g} {unit}" if size > high else f"at least {low * factor:.3g} {unit}"
-    remedy = f"{1.0 / fitting[0]:.4g} times too large" if fitting else "of another turbine or sensor"
+    remedy = (
+        f"times {fitting[0]:.4g} it would fit; correct unit or gain" if fitting else "choose another column or turbine"
+    )
     text = (
-        f"column {sensor.column!r} in {sensor.unit} reaches {size * factor:.3g} {unit}, expected is {expected} for this "
-        f"turbine: probably {remedy}; correct unit or gain"
+        f"column {sensor.column!r} in {sensor.unit} reaches {size * factor:.3g} {unit}, expected of this turbine is "
+        f"{expected}; {remedy}"
     )
     yield _issue("unit", series, name, text)
 
@@ -160,13 +162,13 @@ def _origin(measurements: Measurements, turbine: Turbine) -> Iterator[DataIssue]
         if best > max(related, 0.0) + 0.3 and abs(lag.mean) > 5.0 * BLOCK:
             text = (
                 f"logger {other.name!r} fits the wind of column {column!r} best when it is {lag.mean / 60.0:.0f} min "
-                f"earlier (correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock of one of them"
+                f"earlier (correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
             )
             yield _issue("clock", other, power_name, text)
             return
     text = (
-        f"column {column!r}: correlation of wind and power in partial load {related:.2f} (expected at least {RELATED:g}), "
-        f"power {ratio:.2g} of that of this wind (expected 0.2 to 3): probably the wind of another turbine; choose its column"
+        f"column {column!r}: correlation with power in partial load {related:.2f}, expected at least {RELATED:g}; power "
+        f"{ratio:.2g} of that of this wind, expected 0.2 to 3: probably the wind of another turbine; choose its column"
     )
     yield _issue("turbine", series, wind_name, text)
 

@@ -6,7 +6,7 @@ Reference: docs/theory/validation.md (V-1 to V-3).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,13 +46,20 @@ class QualityRules(Record):
     """Least standard deviation of this rule over that of the whole series, so that steps of a display do not count."""
     spike_longest: float = 1.0
     """[s] above which an excursion is no spike."""
+    spike_jump: float = 0.5
+    """Share of the distance that must be covered in one sample, at its begin and at its end: gusts take longer."""
     stuck: float = 30.0
     """[s] for which a sensor must not be constant."""
+    stuck_machine: float = 300.0
+    """[s] for power and rotor speed, which are displayed in steps and may be steady."""
     longest_lag: float = 7200.0
     """[s] of clocks."""
 
 
-def inspected(measurements: Measurements, rules: QualityRules = QualityRules()) -> Measurements:
+RULES = QualityRules()
+
+
+def inspected(measurements: Measurements, rules: QualityRules = RULES) -> Measurements:
     """The measurements with the issues of their time stamps, samples and clocks; the data are unchanged."""
     issues: list[DataIssue] = []
     for series in measurements.loggers:
@@ -66,10 +73,12 @@ def inspected(measurements: Measurements, rules: QualityRules = QualityRules()) 
             if kind != "position" and not (channel and channel.wrap):
                 spike = spikes(values, series.rate, rules)
                 issues += _runs(series, label, spike, "spike", _spike_text(values, spike, name, rules))
-                still = stuck(values, series.rate, rules)
-                if kind in ("power", "rpm"):
-                    still &= values != 0.0
-                text = f"constant for more than {rules.stuck:g} s; exclude the record, or give kind: position if it may rest"
+                machine = kind in ("power", "rpm")
+                longest = rules.stuck_machine if machine else rules.stuck
+                still = stuck(values, series.rate, longest) & ~(machine & (values == 0.0))
+                text = (
+                    f"constant for more than {longest:g} s; exclude the record, or give kind: position if it may rest"
+                )
                 issues += _runs(series, label, still, "stuck", text)
     return measurements.with_issues([*issues, *_of_clocks(measurements, rules)])
 
@@ -85,7 +94,7 @@ def _runs(series: LoggerSeries, label: str, marked: NDArray[np.bool_], kind: str
     edge[1:-1] = marked[1:] != marked[:-1]
     edge[list(series.first)] = edge[-1] = True
     bounds = np.flatnonzero(edge)
-    for begin, end in zip(bounds[:-1], bounds[1:], strict=True):
+    for begin, end in pairwise(bounds):
         if marked[begin]:
             n, time = int(end - begin), float(series.time[begin])
             yield DataIssue(kind, series.file_of(int(begin)), label, time, n / series.rate, n, text)
@@ -109,7 +118,7 @@ def _of_stamps(series: LoggerSeries) -> Iterator[DataIssue]:
             yield DataIssue("order", file, "", time, 0.0, 1, text)
 
 
-def spikes(values: Float, rate: float, rules: QualityRules = QualityRules()) -> NDArray[np.bool_]:
+def spikes(values: Float, rate: float, rules: QualityRules = RULES) -> NDArray[np.bool_]:
     """(T,) samples that are spikes: far from the moving median, and for a short time only (V-1).
 
     Args:
@@ -117,30 +126,33 @@ def spikes(values: Float, rate: float, rules: QualityRules = QualityRules()) -> 
       rate: [Hz].
       rules: limits.
     """
-    there = np.isfinite(values)
+    there = np.flatnonzero(np.isfinite(values))
     marked = np.zeros(len(values), bool)
-    width = min(2 * round(0.5 * rules.spike_window * rate) + 1, 2 * (int(there.sum()) // 2) - 1)
+    width = min(2 * round(0.5 * rules.spike_window * rate) + 1, 2 * (len(there) // 4) - 1)
     if width < 5:
         return marked
     x = values[there]
-    middle = median_filter(x, width, mode="nearest")
+    middle = median_filter(x, width, mode="mirror")
     distance = np.abs(x - middle)
-    whole = NORMAL * float(np.median(np.abs(x - np.median(x))))
-    least = max(rules.spike_floor * whole, 1e-9 * float(np.max(np.abs(x), initial=0.0)))
-    deviation = np.maximum(NORMAL * median_filter(distance, width, mode="nearest"), least)
-    marked[np.flatnonzero(there)[distance > rules.spike_deviations * deviation]] = True
-    for begin, end in _bounds(marked):
-        if end - begin > max(rules.spike_longest * rate, 1.0):
-            marked[begin:end] = False
+    least = rules.spike_floor * NORMAL * float(np.median(np.abs(x - np.median(x))))
+    deviation = np.maximum(
+        NORMAL * median_filter(distance, width, mode="mirror"), least + 1e-9 * float(np.abs(x).max())
+    )
+    step = np.abs(np.diff(x, prepend=x[0], append=x[-1]))
+    for begin, end in _bounds(distance > rules.spike_deviations * deviation):
+        jump = rules.spike_jump * float(distance[begin:end].max())
+        sharp = (begin == 0 or step[begin] >= jump) and (end == len(x) or step[end] >= jump)
+        if sharp and end - begin <= max(rules.spike_longest * rate, 1.0):
+            marked[there[begin:end]] = True
     return marked
 
 
-def stuck(values: Float, rate: float, rules: QualityRules = QualityRules()) -> NDArray[np.bool_]:
-    """(T,) samples of runs of equal values that last longer than allowed (V-2)."""
+def stuck(values: Float, rate: float, longest: float) -> NDArray[np.bool_]:
+    """(T,) samples of runs of equal values that last longer than ``longest`` [s] (V-2)."""
     marked = np.zeros(len(values), bool)
     same = np.append(False, values[1:] == values[:-1])
     for begin, end in _bounds(same):
-        if (end - begin + 1) / rate > rules.stuck:
+        if (end - begin + 1) / rate > longest:
             marked[begin - 1 : end] = True
     return marked
 
@@ -234,7 +246,7 @@ def _of_clocks(measurements: Measurements, rules: QualityRules) -> Iterator[Data
             stretch = a.between(begin, begin + STRETCH), b.between(begin - longest, begin + STRETCH + longest)
             lag, correlation = clock_lag(*stretch, rate, longest)
             if correlation < CORRELATED:
-                text = f"correlation {correlation:.2f} with logger {one.name!r}: not the same quantity, or clocks further apart"
+                text = f"correlation {correlation:.2f} with {one.name!r}: another quantity, or clocks further apart"
             elif abs(lag.mean) > max(lag.half_width, 0.5 / rate):
                 halves = round(lag.mean / HALF_HOUR)
                 zone = halves and abs(lag.mean - halves * HALF_HOUR) < 60.0

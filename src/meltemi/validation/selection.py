@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -55,6 +56,9 @@ class SelectionRules(Record):
     """Kinds of issues in a required channel that reject a record."""
 
 
+RULES = SelectionRules()
+
+
 @dataclass(frozen=True)
 class SelectedRecord:
     """A record with its class, bin and, if it is rejected, the reason.
@@ -74,7 +78,7 @@ class SelectedRecord:
     rejected: str = ""
 
 
-def operation_of(record: MeasuredRecord, turbine: Turbine, rules: SelectionRules = SelectionRules()) -> Operation:
+def operation_of(record: MeasuredRecord, turbine: Turbine, rules: SelectionRules = RULES) -> Operation:
     """Class of a record by power and rotor speed (V-4); a start or stop at feather needs no pitch.
 
     Raises:
@@ -115,7 +119,7 @@ def select(
     wind: str = "wind_speed",
     needed: Sequence[str] = (),
     issues: Sequence[DataIssue] = (),
-    rules: SelectionRules = SelectionRules(),
+    rules: SelectionRules = RULES,
 ) -> list[SelectedRecord]:
     """Classify records, and reject those that are incomplete, doubtful or disturbed.
 
@@ -204,13 +208,13 @@ def capture_matrix(
 
 def speed_labels(edges: Sequence[float] = EDGES) -> list[str]:
     """Names of wind speed bins: their centres [m/s], the first and others of another width with their edges."""
-    pairs = zip(edges[:-1], edges[1:], strict=True)
+    pairs = pairwise(edges)
     return [f"{0.5 * (a + b):g}" if abs(b - a - 1.0) < 1e-9 else f"{a:g}-{b:g}" for a, b in pairs]
 
 
 def turbulence_labels(edges: Sequence[float] = TURBULENCE) -> list[str]:
     """Names of turbulence bins [%]."""
-    pairs = [(100.0 * a, 100.0 * b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    pairs = [(100.0 * a, 100.0 * b) for a, b in pairwise(edges)]
     return [f"< {b:g}" if a == 0.0 else f"> {a:g}" if np.isinf(b) else f"{a:g}-{b:g}" for a, b in pairs]
 
 
