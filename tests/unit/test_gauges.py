@@ -201,7 +201,7 @@ def test_error_of_the_azimuth_is_seen(turbine: Turbine) -> None:
 
 def test_drift_between_dates(turbine: Turbine) -> None:
     first, same, later = (
-        calibrate_roots(idle(turbine, seed, zero=ZERO + [shift, 0.0]), turbine)
+        calibrate_roots(idle(turbine, seed, zero=ZERO + np.array([shift, 0.0])), turbine)
         for seed, shift in ((7, 0.0), (8, 0.0), (9, 1e5))
     )
     assert drifted(first, same) == (False, False)
@@ -210,14 +210,10 @@ def test_drift_between_dates(turbine: Turbine) -> None:
     assert [row[-2] for row in rows] == ["", "", "no", "no", "yes", "no"]
 
 
-def test_too_fast_or_too_few_revolutions(turbine: Turbine) -> None:
-    with pytest.raises(InputError, match="rpm; at most 20 %"):
-        fast = idle(turbine, 1)[0]
-        psi = fast["azimuth"].values
-        psi[:] = np.arange(len(psi)) / RATE * 1.2 % (2.0 * np.pi)
-        calibrate_roots([fast], turbine)
-    with pytest.raises(InputError, match="5 are needed"):
-        few = idle(turbine, 1)[0]
-        psi = few["azimuth"].values
-        psi[:] = np.arange(len(psi)) / RATE * 0.03
-        calibrate_roots([few], turbine)
+@pytest.mark.parametrize(("speed", "words"), [(1.2, "rpm; at most 20 %"), (0.03, "5 are needed")])
+def test_too_fast_or_too_few_revolutions(turbine: Turbine, speed: float, words: str) -> None:
+    one = idle(turbine, 1)[0]
+    psi = one["azimuth"].values
+    psi[:] = np.arange(len(psi)) / RATE * speed % (2.0 * np.pi)
+    with pytest.raises(InputError, match=words):
+        calibrate_roots([one], turbine)

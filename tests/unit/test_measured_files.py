@@ -143,9 +143,8 @@ def test_dates_in_names_of_files(stamp: str, shift: float, tmp_path: Path) -> No
     records = measured.records()
     assert [r.file for r in records] == ["scada_20240501_1200.csv", "scada_20240501_1210.csv"]
     assert [len(r["wind_speed"].values) for r in records] == [N, N]
-    (tmp_path / "other.csv").write_text("a\n1\n")
+    write_csv(tmp_path / "other.csv", [str(k) for k in range(N)])
     with pytest.raises(InputError, match=r"other.csv: its name has no date"):
-        write_csv(tmp_path / "other.csv", [str(k) for k in range(N)])
         read_measurements(tmp_path, channel_map(stamps))
 
 
@@ -215,8 +214,8 @@ def test_wrong_entries_of_a_map(change: dict[str, Any], words: str) -> None:
 
 
 def test_wrong_names_and_stamps() -> None:
+    sensor = Sensor(column="P", unit="kW", kind="power")
     with pytest.raises(InputError, match="no channel 'GenPwrr' for a power: did you mean 'GenPwr'"):
-        sensor = Sensor(column="P", unit="kW", kind="power")
         ChannelMap(loggers={"a": {"time": {"column": "t"}, "channels": {"GenPwrr": sensor}}})
     for stamps, words in (
         ({}, "give the column of the time stamps"),
@@ -254,8 +253,8 @@ def test_wrong_files(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(b"MATLAB 5.0 nothing" if name == "a.mat" else b"PAR1 nothing")
         with warnings.catch_warnings(action="ignore"), pytest.raises(InputError, match=f"{name}: not a"):
             read_measurements(tmp_path / name, given)
+    (tmp_path / "a.xls").write_text("x")
     with pytest.raises(InputError, match=r"'.xls' is not the suffix"):
-        (tmp_path / "a.xls").write_text("x")
         read_measurements(tmp_path / "a.xls", given)
 
 

@@ -82,7 +82,7 @@ def test_limits_of_spikes_change_them() -> None:
     x = gusts(6000, 5)
     x[1000:1006] += 12.0
     assert spikes(x, RATE).sum() == 6
-    for change in ({"spike_deviations": 30.0}, {"spike_longest": 0.4}, {"spike_floor": 5.0}, {"spike_window": 0.3}):
+    for change in ({"spike_deviations": 80.0}, {"spike_longest": 0.4}, {"spike_floor": 5.0}, {"spike_window": 0.3}):
         assert not spikes(x, RATE, QualityRules(**change)).any()
     slow = gusts(6000, 5)
     slow[1000:1009] += 15.0 * np.array([0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 0.75, 0.5, 0.25])
@@ -96,14 +96,20 @@ def test_stuck_sensors() -> None:
     assert not stuck(x, RATE, 40.0).any()
     assert kinds(inspected(measured(t=time, u=x))) == ["stuck"]
     assert not kinds(inspected(measured(t=time, u=x), QualityRules(stuck=50.0)))
-    assert not kinds(inspected(measured("position", t=time, u=x)))
-    x = x * 0.0
-    given = ChannelMap(
-        loggers={"a": {"time": STAMPS, "channels": {"GenPwr": {"column": "u", "unit": "kW", "kind": "power"}}}},
-        wind="generator_power",
-    )
+    assert len(kinds(inspected(machine("GenPwr", "power", time, x), QualityRules(stuck_machine=30.0)))) == 1
+    assert not kinds(inspected(machine("GenPwr", "power", time, x)))  # steps of a display
+    assert not kinds(inspected(machine("BldPitch1", "position", time, 0.0 * x)))
     for level, expected in ((0.0, []), (3.0, ["stuck"])):
-        assert kinds(inspected(measurements_of({"a": {"t": time, "u": x + level}}, given))) == expected
+        assert kinds(inspected(machine("GenPwr", "power", time, 0.0 * x + level))) == expected
+
+
+def machine(name: str, kind: str, time: Float, x: Float) -> Measurements:
+    unit = "kW" if kind == "power" else "rad"
+    channels = {name: {"column": "x", "unit": unit, "kind": kind}}
+    wind = "generator_power" if kind == "power" else "pitch_1"
+    return measurements_of(
+        {"a": {"t": time, "x": x}}, ChannelMap(loggers={"a": {"time": STAMPS, "channels": channels}}, wind=wind)
+    )
 
 
 def two_clocks(seed: int, lag: float, noise: float = 0.2, n: int = 6000) -> tuple[Signal, Signal]:
@@ -175,12 +181,12 @@ def operation(turbine: Turbine, *, shift: float = 0.0, n: int = 10800, **changed
     power = 0.5 * 1.225 * np.pi * turbine.rotor_radius**2 * 0.45 * at**3 / 1e3
     sensors = {
         "generator_power": {"column": "P", "unit": "kW", "kind": "power"},
-        "rotor_speed": {"column": "n", "unit": "rpm", "kind": "rpm"},
+        "rotor_speed": {"column": "speed", "unit": "rpm", "kind": "rpm"},
         "root_moment_flap_1": {"column": "My", "unit": "kN m", "kind": "gauge"},
         "pitch_1": {"column": "theta", "unit": "deg", "kind": "position"},
     }
     t = BEGIN + np.arange(n)
-    columns = {"t": t, "P": power, "n": 1.2 * at, "My": 400.0 * at, "theta": np.full(n, 1.0)}
+    columns = {"t": t, "P": power, "speed": 1.2 * at, "My": 400.0 * at, "theta": np.full(n, 1.0)}
     mast = {"t": t, "u": v}
     for name, change in changed.items():
         (columns if name in columns else mast)[name] = change(columns[name] if name in columns else mast[name])
@@ -206,17 +212,17 @@ def test_operation_of_the_turbine_is_plausible(turbine: Turbine) -> None:
             "column 'P' in kW reaches .* expected of this turbine is at most .* times 0.001 it would fit",
         ),
         ("P", 1e-3, "unit", "at least 25 kW; times 1000 it would fit"),
-        ("n", 30.0 / np.pi, "unit", "column 'n' in rpm.*times 0.1047"),
-        ("n", np.pi / 30.0, "unit", "at least .* rpm; times 9.549"),
+        ("speed", 30.0 / np.pi, "unit", "column 'speed' in rpm.*times 0.1047"),
+        ("speed", np.pi / 30.0, "unit", "at least .* rpm; times 9.549"),
         ("My", 1e3, "unit", "column 'My' in kN m .*times 0.001"),
         ("My", 1e-3, "unit", "times 1000"),
         ("theta", 57.3 * 20.0, "unit", "column 'theta' in deg"),
         ("u", 30.0, "unit", "column 'u' in m/s reaches"),
         ("P", -1.0, "sign", "column 'P' is negative.*sign: -1"),
-        ("n", -1.0, "sign", "column 'n' is negative"),
+        ("speed", -1.0, "sign", "column 'speed' is negative"),
         ("u", -1.0, "sign", "column 'u' is negative"),
         ("My", -1.0, "sign", "column 'My' falls where power grows.*sign: -1"),
-        ("u", 2.5, "turbine", "another turbine"),
+        ("u", 0.5, "turbine", "another turbine"),
     ],
 )
 def test_wrong_units_and_signs(turbine: Turbine, column: str, factor: float, kind: str, words: str) -> None:

@@ -32,6 +32,8 @@ BLOCK = 60.0
 """[s] over which wind and power are averaged."""
 RELATED = 0.3
 """Correlation of wind and power in partial load below which they are not of one turbine."""
+CLOSELY = 0.7
+"""Correlation from which on a lag explains what does not fit."""
 POWER_COEFFICIENT = 0.4
 """For the power that a wind speed lets expect."""
 
@@ -159,7 +161,7 @@ def _origin(measurements: Measurements, turbine: Turbine) -> Iterator[DataIssue]
     column = _sensor(measurements, series, wind_name).column
     if series.name != other.name and float(np.max(wind.time) - np.min(wind.time)) > HALF_HOUR:
         lag, best = clock_lag(wind, power, 1.0 / BLOCK, 2.5 * HALF_HOUR)
-        if best > max(related, 0.0) + 0.3 and abs(lag.mean) > 5.0 * BLOCK:
+        if best > max(related + 0.3, CLOSELY) and abs(lag.mean) > 5.0 * BLOCK:
             text = (
                 f"logger {other.name!r} fits the wind of column {column!r} best when it is {lag.mean / 60.0:.0f} min "
                 f"earlier (correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
@@ -167,8 +169,8 @@ def _origin(measurements: Measurements, turbine: Turbine) -> Iterator[DataIssue]
             yield _issue("clock", other, power_name, text)
             return
     text = (
-        f"column {column!r}: correlation with power in partial load {related:.2f}, expected at least {RELATED:g}; power "
-        f"{ratio:.2g} of that of this wind, expected 0.2 to 3: probably the wind of another turbine; choose its column"
+        f"column {column!r}: correlation with power in partial load {related:.2f}, expected at least {RELATED:g}; "
+        f"power {ratio:.2g} of that of this wind, expected 0.2 to 3: probably the wind of another turbine; choose its own"
     )
     yield _issue("turbine", series, wind_name, text)
 

@@ -27,6 +27,8 @@ NORMAL = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
 PARTS = 8
 """Parts of a series whose lags give the interval of the lag."""
+SMOOTH = 9
+"""Samples over which series are smoothed before they are correlated, so that the peak is a parabola."""
 CORRELATED = 0.5
 """Correlation of two loggers' records of one channel from which on their lag is known."""
 STRETCH = 4.0 * 3600.0
@@ -204,14 +206,15 @@ def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> 
 
 
 def _on_grid(signal: Signal, rate: float) -> tuple[float, Float]:
-    """Begin [s] and values at equal times; missing ones are interpolated, here only."""
+    """Begin [s] and smoothed values at equal times; missing ones are interpolated, here only."""
     order = np.argsort(signal.time, kind="stable")
     order = order[np.isfinite(signal.values[order])]
     t, x = signal.time[order], signal.values[order]
     if len(t) < 2:
         raise InputError("clocks: a channel of two loggers has no samples")
     grid = np.arange(t[0], t[-1] + 0.5 / rate, 1.0 / rate)
-    return float(t[0]), np.interp(grid, t, x)
+    smooth = np.hanning(SMOOTH + 2)[1:-1]
+    return float(t[0]), np.convolve(np.interp(grid, t, x), smooth / smooth.sum(), "same")
 
 
 def _lag(a: tuple[float, Float], b: tuple[float, Float], rate: float, longest: float) -> tuple[float, float]:
