@@ -160,7 +160,7 @@ def _origin(measurements: Measurements, turbine: Turbine) -> Iterator[DataIssue]
         return
     column = _sensor(measurements, series, wind_name).column
     if series.name != other.name and float(np.max(wind.time) - np.min(wind.time)) > HALF_HOUR:
-        lag, best = clock_lag(wind, power, 1.0 / BLOCK, 2.5 * HALF_HOUR)
+        lag, best = clock_lag(wind, power, 0.1, 2.5 * HALF_HOUR)
         if best > max(related + 0.3, CLOSELY) and abs(lag.mean) > 5.0 * BLOCK:
             text = (
                 f"logger {other.name!r} fits the wind of column {column!r} best when it is {lag.mean / 60.0:.0f} min "
