@@ -174,6 +174,18 @@ def test_a_short_file_is_a_record_with_all_its_samples() -> None:
     assert not long_file(N // 3).records()
 
 
+def test_short_files_that_follow_each_other_are_joined(tmp_path: Path) -> None:
+    """Minutes 0 to 14 but the ninth: one record whole, the next one in part; none across the gap."""
+    for minute in (*range(8), *range(9, 15)):
+        rows = [f"{BEGIN + 60.0 * minute + k / RATE!r},1,2" for k in range(120)]
+        (tmp_path / f"{minute:02d}.csv").write_text("\n".join(["t,P,u", *rows]))
+    measured = read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
+    assert [(r.file, len(r["wind_speed"].values)) for r in measured.records()] == [("00.csv", 1080), ("09.csv", 600)]
+    (tmp_path / "08.csv").write_text("\n".join(["t,P,u", *(f"{BEGIN + 480.0 + k / RATE!r},1,2" for k in range(120))]))
+    measured = read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
+    assert [(r.file, len(r["wind_speed"].values)) for r in measured.records()] == [("00.csv", 1200), ("00.csv", 600)]
+
+
 def test_rates_of_loggers_differ() -> None:
     channels = channel_map({"column": "t", "form": "posix"}).content()
     channels["loggers"]["mast"] = {

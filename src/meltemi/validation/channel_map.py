@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import datetime, timedelta, timezone, tzinfo
+from functools import cache
 from pathlib import Path
 from typing import Literal, Self
 from zoneinfo import ZoneInfo
@@ -21,6 +22,7 @@ FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), 
 """Units of measurements that result files do not have: SI unit and factor."""
 
 
+@cache
 def known_channel(name: str) -> Channel | None:
     """The channel of the catalogue with one of its names, irrespective of case; None for a quantity of the mast."""
     return next((c for c in every_kind().values() if name.lower() in (known.lower() for known in c.names)), None)
@@ -125,6 +127,12 @@ class Logger(Record):
     channels: dict[str, Sensor]
     """Sensors by channel: meltemi's or OpenFAST's name, or any name for a quantity of the mast."""
 
+    @property
+    def sensors(self) -> dict[str, Sensor]:
+        """Sensors by meltemi's names."""
+        known = {name: known_channel(name) for name in self.channels}
+        return {(c.name if (c := known[name]) else name): sensor for name, sensor in self.channels.items()}
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         for name, sensor in self.channels.items():
@@ -170,9 +178,8 @@ class ChannelMap(Record):
     def sensors(self) -> Iterator[tuple[str, str, Sensor]]:
         """Channel, logger and sensor of all columns."""
         for key, logger in self.loggers.items():
-            for name, sensor in logger.channels.items():
-                channel = known_channel(name)
-                yield (channel.name if channel else name), key, sensor
+            for name, sensor in logger.sensors.items():
+                yield name, key, sensor
 
     def sensor(self, name: str) -> Sensor | None:
         """The first sensor of a channel."""

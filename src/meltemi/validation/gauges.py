@@ -165,7 +165,8 @@ def calibrate(
     n = len(known)
     quantile = float(student.ppf(0.975, n - 1))
     half = quantile * np.sqrt((n - 1.0) / n * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
-    zero, gain, notes, use = best[0].copy(), best[1:].copy(), [], []
+    zero, gain, notes = best[0].copy(), best[1:].copy(), []
+    use: list[Use] = []
     K = np.linalg.pinv(gain)
     rest = s - zero - M @ K.T
     for i, name in enumerate(channels):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.postprocess.bins import TEN_MINUTES
-from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, TimeStamps, known_channel
+from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, TimeStamps
 from meltemi.validation.issues import DataIssue
 from meltemi.validation.tables_in_files import Columns, columns_of_frame, read_columns_of
 
@@ -86,10 +86,20 @@ class LoggerSeries:
         """Name of the file of a row."""
         return self.files[int(np.searchsorted(self.first, row, side="right")) - 1]
 
-    def spans(self) -> Iterator[tuple[str, Float]]:
-        """Name and times of each file."""
-        for name, begin, end in zip(self.files, self.first, (*self.first[1:], len(self.time)), strict=True):
-            yield name, self.time[begin:end]
+    def spans(self, length: float) -> Iterator[tuple[str, float, float, bool]]:
+        """Files that are a record of ``length`` [s], and runs of other files: name, begin, end [s], whether it is one."""
+        run: tuple[str, float, float, bool] | None = None
+        for name, first, last in zip(self.files, self.first, (*self.first[1:], len(self.time)), strict=True):
+            if first == last:
+                continue
+            begin, end = float(np.min(self.time[first:last])), float(np.max(self.time[first:last])) + 1.0 / self.rate
+            whole = 0.5 * length <= end - begin <= length + 1.5 / self.rate
+            if run and not whole and not run[3] and begin - run[2] < 0.6 / self.rate:
+                run = run[0], run[1], end, False
+            else:
+                yield from [run] if run else []
+                run = name, begin, end, whole
+        yield from [run] if run else []
 
 
 @dataclass(frozen=True)
@@ -98,7 +108,7 @@ class MeasuredRecord:
 
     Attributes:
       begin, length: [s] since 1970 and duration.
-      file: name of the file of the first logger in which it begins.
+      file: name of the file of the first logger, or of the first one of a run.
       signals: by channel.
       rates: [Hz] by channel.
     """
@@ -152,21 +162,14 @@ class Measurements(Brief):
     def records(self, length: float = TEN_MINUTES) -> list[MeasuredRecord]:
         """Records of this length [s].
 
-        A file of the first logger that is no longer than a record is one, all its samples included. Longer files, and
-        files that follow each other without a record of their own, are cut at whole multiples of the length (UTC);
-        pieces of less than half of it are left out.
+        A file of the first logger of half of this length up to it is a record with all its samples. Longer files, and
+        shorter ones that follow each other, are cut at whole multiples of the length (UTC); pieces of less than half of
+        it are left out.
         """
-        main, records = self.loggers[0], []
-        for name, time in main.spans():
-            if not len(time):
-                continue
-            begin, end = float(np.min(time)), float(np.max(time)) + 1.0 / main.rate
-            if end - begin <= length + 1.5 / main.rate:
-                spans = [(begin, end)]
-            else:
-                edges = np.arange(np.floor(begin / length + 1e-9), np.ceil(end / length)) * length
-                spans = [(float(edge), float(edge) + length) for edge in edges]
-            for low, high in spans:
+        records = []
+        for name, begin, end, whole in self.loggers[0].spans(length):
+            edges = np.arange(np.floor(begin / length + 1e-9), np.ceil(end / length)) * length
+            for low, high in [(begin, end)] if whole else [(float(edge), float(edge) + length) for edge in edges]:
                 if min(high, end) - max(low, begin) >= 0.5 * length:
                     records.append(self._record(low, high, length, name))
         return records
@@ -222,15 +225,15 @@ def measurements_of(frames: Mapping[str, Any], channels: ChannelMap) -> Measurem
 
 def _series(key: str, logger: Logger, tables: Sequence[tuple[str, Columns]]) -> LoggerSeries:
     """All rows of a logger; its files are in the order of their first stamps."""
-    parts = []
+    parts, sensors = [], logger.sensors
     for file, columns in tables:
-        values = {name: _values(file, columns, name, s, logger) for name, s in logger.channels.items()}
+        values = {name: _values(file, columns, name, s, logger) for name, s in sensors.items()}
         lengths = {name: len(x) for name, x in values.items()}
         n = next(iter(lengths.values()), 0)
         for name, length in lengths.items():
             if length != n:
                 raise InputError(
-                    f"{file}: column {logger.channels[name].column!r} has {length} samples, the first one has {n}; "
+                    f"{file}: column {sensors[name].column!r} has {length} samples, the first one has {n}; "
                     "columns of another rate belong to a logger of their own"
                 )
         parts.append((file, *_times(file, columns, logger, n), values))
@@ -246,10 +249,7 @@ def _series(key: str, logger: Logger, tables: Sequence[tuple[str, Columns]]) -> 
         )
     parts.sort(key=lambda part: float(part[1][0]) if len(part[1]) else np.inf)
     first = np.concatenate([[0], np.cumsum([len(part[1]) for part in parts])[:-1]]).astype(int)
-    joined = {}
-    for name in logger.channels:
-        channel = known_channel(name)
-        joined[channel.name if channel else name] = np.concatenate([part[3][name] for part in parts])
+    joined = {name: np.concatenate([part[3][name] for part in parts]) for name in sensors}
     time = np.concatenate([part[1] for part in parts])
     return LoggerSeries(key, rate, time, joined, tuple(part[0] for part in parts), tuple(int(i) for i in first))
 

@@ -11,7 +11,6 @@ from meltemi.core.errors import InputError
 from meltemi.core.units import display
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.definition import Turbine
-from meltemi.validation.channel_map import Sensor, known_channel
 from meltemi.validation.gauges import GRAVITY, first_moment
 from meltemi.validation.issues import DataIssue
 from meltemi.validation.measurements import LoggerSeries, Measurements, Signal
@@ -64,7 +63,7 @@ def plausible(measurements: Measurements, turbine: Turbine) -> list[DataIssue]:
     limits[measurements.channels.wind] = (0.0, 60.0)
     turns = _size(measurements, "rotor_speed") > 0.2 * rated_rotor_speed(turbine)
     produces = _size(measurements, "generator_power") > 0.05 * turbine.rated_power
-    issues = []
+    issues: list[DataIssue] = []
     for series in measurements.loggers:
         for name in series.values:
             if name in limits and np.any(np.isfinite(series.values[name])):
@@ -92,11 +91,6 @@ def _size(measurements: Measurements, name: str) -> float:
     return float(np.quantile(np.abs(x), 0.95)) if len(x) else 0.0
 
 
-def _sensor(measurements: Measurements, series: LoggerSeries, name: str) -> Sensor:
-    channels = measurements.channels.loggers[series.name].channels
-    return next(s for key, s in channels.items() if (c := known_channel(key), c.name if c else key)[1] == name)
-
-
 def _issue(kind: str, series: LoggerSeries, name: str, text: str) -> DataIssue:
     return DataIssue(
         kind, series.files[0], name, float(series.time[0]), len(series.time) / series.rate, len(series.time), text
@@ -107,7 +101,7 @@ def _unit(
     measurements: Measurements, series: LoggerSeries, name: str, limits: tuple[float, float]
 ) -> Iterator[DataIssue]:
     """A channel whose magnitude is that of another unit."""
-    x, sensor = series.values[name], _sensor(measurements, series, name)
+    x, sensor = series.values[name], measurements.channels.loggers[series.name].sensors[name]
     size, (low, high) = float(np.nanquantile(np.abs(x), 0.95)), limits
     if low <= size <= high or sensor.si[0] not in RATIOS:
         return
@@ -126,7 +120,7 @@ def _unit(
 
 def _sign(measurements: Measurements, series: LoggerSeries, name: str, high: float) -> Iterator[DataIssue]:
     """A channel whose positive direction is the other one."""
-    column = _sensor(measurements, series, name).column
+    column = measurements.channels.loggers[series.name].sensors[name].column
     mean = float(np.nanmean(series.values[name]))
     positive = ("generator_power", "rotor_speed", "generator_speed", "generator_torque", measurements.channels.wind)
     if name in positive and mean < -0.005 * high:
@@ -158,7 +152,7 @@ def _origin(measurements: Measurements, turbine: Turbine) -> Iterator[DataIssue]
     related = float(np.corrcoef(v[partial], p[partial])[0, 1])
     if related >= RELATED and 0.2 < ratio < 3.0:
         return
-    column = _sensor(measurements, series, wind_name).column
+    column = measurements.channels.loggers[series.name].sensors[wind_name].column
     if series.name != other.name and float(np.max(wind.time) - np.min(wind.time)) > HALF_HOUR:
         lag, best = clock_lag(wind, power, 0.1, 2.5 * HALF_HOUR)
         if best > max(related + 0.3, CLOSELY) and abs(lag.mean) > 5.0 * BLOCK:
@@ -170,7 +164,7 @@ def _origin(measurements: Measurements, turbine: Turbine) -> Iterator[DataIssue]
             return
     text = (
         f"column {column!r}: correlation with power in partial load {related:.2f}, expected at least {RELATED:g}; "
-        f"power {ratio:.2g} of that of this wind, expected 0.2 to 3: probably the wind of another turbine; choose its own"
+        f"power {ratio:.2g} of that of this wind, expected 0.2 to 3: probably wind of another turbine; choose its own"
     )
     yield _issue("turbine", series, wind_name, text)
 

@@ -67,9 +67,8 @@ def inspected(measurements: Measurements, rules: QualityRules = RULES) -> Measur
     for series in measurements.loggers:
         issues += _of_stamps(series)
         for name, values in series.values.items():
-            sensor = measurements.channels.loggers[series.name].channels
-            column, kind = next((s.column, s.kind) for key, s in sensor.items() if _same(key, name))
-            label = f"{name} ({column})"
+            sensor = measurements.channels.loggers[series.name].sensors[name]
+            label, kind = f"{name} ({sensor.column})", sensor.kind
             issues += _runs(series, label, ~np.isfinite(values), "missing", "no value; excluded from statistics")
             channel = known_channel(name)
             if kind != "position" and not (channel and channel.wrap):
@@ -83,11 +82,6 @@ def inspected(measurements: Measurements, rules: QualityRules = RULES) -> Measur
                 )
                 issues += _runs(series, label, still, "stuck", text)
     return measurements.with_issues([*issues, *_of_clocks(measurements, rules)])
-
-
-def _same(key: str, name: str) -> bool:
-    channel = known_channel(key)
-    return (channel.name if channel else key) == name
 
 
 def _runs(series: LoggerSeries, label: str, marked: NDArray[np.bool_], kind: str, text: str) -> Iterator[DataIssue]:
