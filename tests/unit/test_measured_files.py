@@ -274,5 +274,5 @@ def test_columns_of_other_lengths_and_rates() -> None:
     given = channel_map({"column": "t", "form": "posix"})
     with pytest.raises(InputError, match="column 'u' has 600 samples, the first one has 1200"):
         measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND[::2]}}, given)
-    with pytest.raises(InputError, match="column 'P' of GenPwr: expected numbers"):
+    with pytest.raises(InputError, match="column 'P' of generator_power: expected numbers"):
         measurements_of({"scada": {"t": TIME, "P": np.array(["x"] * N), "u": WIND}}, given)

@@ -79,10 +79,15 @@ class Calibration:
 def first_moment(turbine: Turbine) -> Float:
     """(3,) [kg m] first moment of mass of a blade about its root, in blade axes at zero pitch (V-5)."""
     beam = blade_beam(turbine.blade.structure)
-    M = beam.mass
-    m = M[:, 0, 0]
-    offset = np.stack([M[:, 5, 1], -M[:, 5, 0], M[:, 4, 0]], axis=1)  # mass times centre from the axis
-    return np.asarray(np.trapezoid(m[:, None] * beam.axis + offset, beam.position, axis=0))
+
+    def density(z: Float) -> Float:
+        M = beam.at(z, "mass")
+        offset = np.stack([M[:, 5, 1], -M[:, 5, 0], M[:, 4, 0]], axis=1)  # mass times centre from the axis
+        return np.asarray(M[:, :1, 0] * beam.at(z, "axis") + offset)
+
+    z = beam.position
+    ends, middle = density(z), density(0.5 * (z[1:] + z[:-1]))  # linear mass and axis: Simpson's rule is exact
+    return np.asarray((np.diff(z)[:, None] / 6.0 * (ends[1:] + 4.0 * middle + ends[:-1])).sum(axis=0))
 
 
 def root_moments(turbine: Turbine, azimuth: Float, pitch: Float, gravity: float = GRAVITY) -> Float:
