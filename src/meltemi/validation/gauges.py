@@ -42,7 +42,7 @@ LEAST_SHARE = 0.5
 LEAST_PARTS = 5
 """Revolutions or parts of a sweep."""
 SLOW = 0.2
-"""Rotor speed over rated speed up to which centrifugal loads are negligible: their share grows with its square."""
+"""Rotor speed over rated speed, up to which centrifugal loads are below a hundredth of the weight's."""
 
 
 @dataclass(frozen=True)
