@@ -62,7 +62,13 @@ def test_gaps_duplicates_and_order_are_reported_not_repaired() -> None:
         found.loggers[0].values["v"], x, equal_nan=True
     )
     table = issues_table(found.issues)
-    assert isinstance(table, Table) and len(table.rows) == 5 and table.rows[0][3].startswith("2023-11-14 ")
+    assert isinstance(table, Table) and table.rows[0][3].startswith("2023-11-14 ")
+    assert [(row[0], row[4]) for row in table.rows] == [
+        ("gap", "2"),
+        ("duplicate", "1"),
+        ("order", "1"),
+        ("missing", "1"),
+    ]
 
 
 @pytest.mark.parametrize("length", [1, 3])
@@ -76,6 +82,14 @@ def test_spikes_are_detected_where_they_are(length: int) -> None:
     assert not spikes(x, RATE).any()
     x[2000] = np.nan
     assert not spikes(x, RATE).any() and not spikes(np.full(50, np.nan), RATE).any()
+
+
+def test_every_spike_is_an_issue_with_its_value() -> None:
+    x = 10.0 + gusts(6000, 4)
+    x[1000], x[4000] = 60.0, -40.0
+    found = inspected(measured(t=BEGIN + np.arange(6000) / RATE, u=x))
+    assert [issue.text.split(",")[0] for issue in found.issues] == ["60", "-40"]
+    assert [issue.time - BEGIN for issue in found.issues] == pytest.approx([100.0, 400.0])
 
 
 def test_limits_of_spikes_change_them() -> None:

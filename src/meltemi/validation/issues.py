@@ -42,19 +42,13 @@ class DataIssue:
 
 
 def issues_table(issues: Sequence[DataIssue]) -> Table:
-    """Issues as a table of reports."""
-    rows = [
-        [
-            each.kind,
-            each.file,
-            each.channel,
-            moment(each.time),
-            number(each.duration),
-            str(each.samples),
-            each.text,
-        ]
-        for each in issues
-    ]
-    return Table(
-        ["kind", "file", "channel", "begin (UTC)", "duration\ns", "samples", "what to do"], rows, text_columns=4
-    )
+    """Issues as a table of reports: one row for each kind, file and channel, with the text of the first."""
+    groups: dict[tuple[str, str, str], list[DataIssue]] = {}
+    for each in issues:
+        groups.setdefault((each.kind, each.file, each.channel), []).append(each)
+    rows = []
+    for key, alike in groups.items():
+        duration, samples = sum(each.duration for each in alike), sum(each.samples for each in alike)
+        rows.append([*key, moment(alike[0].time), str(len(alike)), number(duration), str(samples), alike[0].text])
+    head = ["kind", "file", "channel", "first (UTC)", "times", "duration\ns", "samples", "what to do"]
+    return Table(head, rows, text_columns=4)

@@ -87,7 +87,7 @@ class LoggerSeries:
         return self.files[int(np.searchsorted(self.first, row, side="right")) - 1]
 
     def spans(self, length: float) -> Iterator[tuple[str, float, float, bool]]:
-        """Records of ``length`` [s] that are a file, and runs of other files: name, begin, end [s], whether it is one."""
+        """Files that are a record of ``length`` [s], and runs of others: name, begin, end [s], whether it is one."""
         run: tuple[str, float, float, bool] | None = None
         for name, first, last in zip(self.files, self.first, (*self.first[1:], len(self.time)), strict=True):
             if first == last:

@@ -5,7 +5,7 @@ Reference: docs/theory/validation.md (V-1 to V-3).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -72,20 +72,20 @@ def inspected(measurements: Measurements, rules: QualityRules = RULES) -> Measur
             issues += _runs(series, label, ~np.isfinite(values), "missing", "no value; excluded from statistics")
             channel = known_channel(name)
             if kind != "position" and not (channel and channel.wrap):
-                spike = spikes(values, series.rate, rules)
-                issues += _runs(series, label, spike, "spike", _spike_text(values, spike, name, rules))
+                marked = spikes(values, series.rate, rules)
+                issues += _runs(series, label, marked, "spike", _spike_text(name, values, rules))
                 machine = kind in ("power", "rpm")
                 longest = rules.stuck_machine if machine else rules.stuck
                 still = stuck(values, series.rate, longest) & ~(machine & (values == 0.0))
-                text = (
-                    f"constant for more than {longest:g} s; exclude the record, or give kind: position if it may rest"
-                )
+                text = f"constant for more than {longest:g} s; exclude the record, or give kind: position if it rests"
                 issues += _runs(series, label, still, "stuck", text)
     return measurements.with_issues([*issues, *_of_clocks(measurements, rules)])
 
 
-def _runs(series: LoggerSeries, label: str, marked: NDArray[np.bool_], kind: str, text: str) -> Iterator[DataIssue]:
-    """An issue for each run of marked rows of a file."""
+def _runs(
+    series: LoggerSeries, label: str, marked: NDArray[np.bool_], kind: str, text: str | Callable[[slice], str]
+) -> Iterator[DataIssue]:
+    """An issue for each run of marked rows of a file, with a text or that of its rows."""
     edge = np.zeros(len(marked) + 1, bool)
     edge[1:-1] = marked[1:] != marked[:-1]
     edge[list(series.first)] = edge[-1] = True
@@ -93,7 +93,8 @@ def _runs(series: LoggerSeries, label: str, marked: NDArray[np.bool_], kind: str
     for begin, end in pairwise(bounds):
         if marked[begin]:
             n, time = int(end - begin), float(series.time[begin])
-            yield DataIssue(kind, series.file_of(int(begin)), label, time, n / series.rate, n, text)
+            words = text if isinstance(text, str) else text(slice(begin, end))
+            yield DataIssue(kind, series.file_of(int(begin)), label, time, n / series.rate, n, words)
 
 
 def _of_stamps(series: LoggerSeries) -> Iterator[DataIssue]:
@@ -159,14 +160,19 @@ def _bounds(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edge[::2], edge[1::2], strict=True)]
 
 
-def _spike_text(values: Float, spike: NDArray[np.bool_], name: str, rules: QualityRules) -> str:
+def _spike_text(name: str, values: Float, rules: QualityRules) -> Callable[[slice], str]:
     channel = known_channel(name)
     unit, factor = display(channel.unit) if channel else ("", 1.0)
-    worst = float(values[spike][np.argmax(np.abs(values[spike] - np.nanmedian(values)))]) if spike.any() else 0.0
-    return (
-        f"up to {worst * factor:.4g} {unit}".rstrip() + f", more than {rules.spike_deviations:g} deviations from the "
-        f"median of {rules.spike_window:g} s; look at it, and exclude the record or the sample"
-    )
+    middle = float(np.median(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
+
+    def text(rows: slice) -> str:
+        worst = max(values[rows], key=lambda x: abs(x - middle))
+        return (
+            f"{f'{worst * factor:.4g} {unit}'.rstrip()}, more than {rules.spike_deviations:g} deviations from the "
+            f"median of {rules.spike_window:g} s; look at it, and exclude the record if it is no load"
+        )
+
+    return text
 
 
 def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> tuple[MeanEstimate, float]:

@@ -8,7 +8,7 @@ Reference: docs/theory/validation.md (V-4).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
@@ -28,7 +28,6 @@ from meltemi.validation.measurements import MeasuredRecord
 
 Float = NDArray[np.float64]
 Operation = Literal["production", "start", "stop", "idling", "parked", "fault"]
-OPERATIONS: tuple[Operation, ...] = ("production", "start", "stop", "idling", "parked", "fault")
 TURBULENCE = (0.0, *(k / 100.0 for k in range(3, 31, 2)), np.inf)
 """Edges of the bins of turbulence intensity: up to 3 %, 2 % each, above 29 %."""
 BLOCK = 5.0
@@ -247,8 +246,3 @@ def selection_table(selected: Sequence[SelectedRecord]) -> Table:
     ]
     head = ["file", "begin (UTC)", "operation", "", "wind\nm/s", "turbulence\n%", "reason"]
     return Table(head, rows, "Records", text_columns=4)
-
-
-def counts(selected: Sequence[SelectedRecord]) -> Mapping[Operation, int]:
-    """Numbers of records that are used by class."""
-    return {name: sum(s.operation == name and not s.rejected for s in selected) for name in OPERATIONS}
