@@ -166,6 +166,8 @@ def test_one_pitch_angle_calibrates_one_gauge(turbine: Turbine) -> None:
     found = calibrate_roots(idle(turbine, 3, pitches=(1.55,)), turbine)
     assert found.use == ("all", "range")
     assert np.isfinite(found.zero[0]) and np.isnan(found.zero[1])
+    flap, edge = found.moments(ZERO + np.array([[2e6, 0.0]]) @ K.T)[0]
+    assert flap == pytest.approx(2e6, rel=0.05) and np.isnan(edge)
     assert any("crosstalk" in note for note in found.notes) and any("another pitch" in note for note in found.notes)
     table = calibration_table([found])
     assert [row[-1] for row in table.rows] == ["all", "range"] and "equivalent load" in table.note

@@ -73,7 +73,8 @@ class Calibration:
 
     def moments(self, readings: Float) -> Float:
         """(T, 2) moments [N m] of (T, 2) readings; NaN for gauges that are not calibrated."""
-        return np.asarray((readings - self.zero) @ self.gain.T)
+        calibrated = np.array([use == "all" for use in self.use])
+        return np.asarray(np.where(calibrated, readings - self.zero, 0.0) @ self.gain.T)
 
 
 def first_moment(turbine: Turbine) -> Float:
@@ -162,7 +163,7 @@ def calibrate(
     deviation = np.sqrt(np.mean(shape**2, axis=0)) / size
     coupled = float(np.linalg.svd(shape, compute_uv=False)[-1]) / np.sqrt(len(M)) / size >= LEAST_APART
     free = np.full((2, 2), coupled) | np.eye(2, dtype=bool)
-    scale = np.append(1.0, np.max(np.abs(M), axis=0))
+    scale = np.array([1.0, size, size])
     design = np.column_stack([np.ones(len(M)), M]) / scale
     grams = np.stack([design[part == k].T @ np.column_stack([design, s])[part == k] for k in known])
     best = _fit(grams.sum(axis=0), free, scale)
@@ -194,12 +195,12 @@ def calibrate(
         notes.append(
             "crosstalk cannot be separated: the moments of both gauges are proportional; turn at two pitch angles"
         )
-    open_ = [i for i in range(2) if use[i] == "range"]
-    zero[open_], gain[open_] = np.nan, np.nan
+    unknown = [i for i in range(2) if use[i] == "range"]
+    gain[:, unknown] = 0.0  # and without that gauge no crosstalk of the other one
+    half = np.vstack([half[:2], half[2:].reshape(2, 2)])
+    zero[unknown], gain[unknown], half[0, unknown], half[1:][unknown] = np.nan, np.nan, np.nan, np.nan
     error = _angle_error(turned[finite] @ K.T, rest, M, [i for i in range(2) if use[i] == "all"])
-    return Calibration(
-        channels, zero, half[:2], gain, half[2:].reshape(2, 2), (use[0], use[1]), n, error, date, tuple(notes)
-    )
+    return Calibration(channels, zero, half[0], gain, half[1:], (use[0], use[1]), n, error, date, tuple(notes))
 
 
 def _fit(gram: Float, free: NDArray[np.bool_], scale: Float) -> Float:
@@ -307,18 +308,7 @@ def calibration_table(calibrations: Sequence[Calibration]) -> Table:
             drift = "" if begin is each else "yes" if drifted(begin, each)[i] else "no"
             cells = [number(zero[0]), number(zero[1]), number(gain[0]), number(gain[1]), number(100.0 * cross)]
             rows.append([name, moment(each.date), *cells, number(np.degrees(each.angle_error)), drift, each.use[i]])
-    head = [
-        "gauge",
-        "date (UTC)",
-        "zero",
-        "+/-",
-        "gain\nN m",
-        "+/-",
-        "crosstalk\n%",
-        "angle error\ndeg",
-        "drift",
-        "compared",
-    ]
+    head = "gauge|date (UTC)|zero|+/-|gain\nN m|+/-|crosstalk\n%|angle error\ndeg|drift|compared".split("|")
     note = "; ".join(dict.fromkeys(note for each in calibrations for note in each.notes))
     return Table(head, rows, "Calibration by gravity, 95 % intervals", text_columns=2, note=note)
 
