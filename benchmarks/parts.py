@@ -21,8 +21,7 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import WindGrid
-from meltemi.verification.bench import CHANNELS, REPEATS, nrel5mw, timed, turbulence
-from meltemi.verification.memory import peak_memory
+from meltemi.verification.bench import CHANNELS, REPEATS, nrel5mw, peak_memory, timed, turbulence
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import TurbulentWind
 

@@ -11,7 +11,7 @@ from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel
 
-from meltemi.compiler import Table, TableType
+from meltemi.compiler import Table, TableClass
 from meltemi.core.usual import usual_range
 
 RUN = "turbine-run.nc"
@@ -135,13 +135,13 @@ def events() -> str:
 def channels(group: str) -> str:
     """Channels of a group: machine, disk, gearbox, electrical, blade, flap, node, station, tower_station, sea,
     pile_station, platform, line."""
-    from meltemi.simulation.channels import Contents, catalogue, channels_of_group
+    from meltemi.simulation.channels import ChannelSet, catalogue, channels_of_group
 
     if group in ("sea", "pile_station", "platform", "line"):
         return _channel_table(channels_of_group(group, 1))
     further = channels_of_group("electrical") + channels_of_group("disk")
     all_channels = catalogue(
-        Contents(
+        ChannelSet(
             blades=1,
             nodes=1,
             blade_stations=1,
@@ -173,9 +173,9 @@ def _channel_table(chosen: Any) -> str:
 
 def openfast_channels() -> str:
     """Channels by OpenFAST's names, with all that it has for each."""
-    from meltemi.simulation.channels import Contents, catalogue
+    from meltemi.simulation.channels import ChannelSet, catalogue
 
-    known = catalogue(Contents(blades=1, nodes=1, blade_stations=1, tower_stations=1, flaps=1)).values()
+    known = catalogue(ChannelSet(blades=1, nodes=1, blade_stations=1, tower_stations=1, flaps=1)).values()
     rows = [
         [f"`{c.alias}`", ", ".join(f"`{name}`" for name in c.also), f"`{c.name}`", c.description]
         for c in sorted(known, key=lambda c: c.alias.lower())
@@ -280,7 +280,7 @@ def arrays() -> str:
     ):
         home = import_module(f"meltemi.{module}")
         for name, found in vars(home).items():
-            if isinstance(found, TableType) and found.__module__ == home.__name__:
+            if isinstance(found, TableClass) and found.__module__ == home.__name__:
                 parts += [f"## {found.title}", f"`meltemi.{module}.{name}`. " + array(f"{module}.{name}")]
     return "\n\n".join(parts)
 

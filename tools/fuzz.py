@@ -282,12 +282,12 @@ def wind(chance: random.Random, good: Path) -> list[str]:
 def plan(chance: random.Random, good: Path) -> Call:
     """A campaign, changes of its table, settings of the evaluation, or conditions of a site, damaged."""
     from meltemi import loads
-    from meltemi.loads.loadbase import changes, project, settings, site
+    from meltemi.loads.loadbase import excel, project, settings, site
     from meltemi.loads.loadbase.plan import plan as planned
 
     readers: dict[str, Callable[[Path], Any]] = {
         "campaign.yaml": lambda path: planned(loads.read_campaign(path.parent)),
-        "changes.yaml": lambda path: planned(_campaign(changes.read_changes(path))),
+        "changes.yaml": lambda path: planned(_campaign(excel.read_changes(path))),
         "settings.yaml": settings.read_settings,
         "site.json": lambda path: site.read_site(path).wind_class(4),
         "table.yaml": loads.read_site_table,
@@ -302,7 +302,7 @@ def xlsx(chance: random.Random, good: Path) -> Call:
     """A load case table in Excel with wrong cells or bytes."""
     import openpyxl
 
-    from meltemi.loads.loadbase.changes import read_changes
+    from meltemi.loads.loadbase.excel import read_changes
 
     if chance.random() < 0.4:
         Path("table.xlsx").write_bytes(_bitten((good / "loads" / "table.xlsx").read_bytes(), chance))

@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 
 from comparisons.known import KNOWN
 from comparisons.studies import at_sea, on_land
-from meltemi.verification.table import Report
+from meltemi.verification.table import VerificationReport
 from meltemi.verification.verification import FULL, compared
 
 
@@ -31,7 +31,7 @@ def main() -> int:
         parser.error(f"--reference {given.reference}: no folder {needed!r} in it")
     studies = at_sea(given.reference) if given.offshore else [*FULL, *on_land(given.reference)]
     tables = compared(studies, KNOWN, lambda share: None, print, lambda table: print(table.title, flush=True))
-    report = Report(tables, "offshore" if given.offshore else "verification")
+    report = VerificationReport(tables, "offshore" if given.offshore else "verification")
     print(*report.write(given.out), report.summary(), sep="\n")
     return int(report.failed)
 

@@ -36,11 +36,11 @@ assert all(outcome.status.complete for outcome in simulate_batch([run], workers=
 """From an operating point that is searched for, with an event, in a batch."""
 BY_REGISTRATION = (
     "aero.lifting_line compiler.duals environment.drops environment.rain simulation.disk simulation.flaps "
-    "simulation.ice simulation.induction simulation.rain simulation.scene structure.gear_train turbine.gearbox "
+    "simulation.ice simulation.induction simulation.rain structure.gear_train turbine.gearbox "
     "turbine.icing turbine.power_turbine"
 ).split()
 """Modules of the core that a plain simulation reaches by registration only, as all that stands on the core."""
-MOST_LINES = 26_000
+MOST_LINES = 25_500
 """Of all packages of the core, which one person holds."""
 
 

@@ -20,6 +20,7 @@ UPWARD = {
     ("simulation", "electrical"),  # parts
     ("simulation", "floating"),
     ("simulation", "postprocess"),  # a result as a table
+    ("simulation", "scene"),  # what the view of a run records
     ("simulation", "sea"),
     ("simulation", "supervisor"),  # words for its states
     ("turbine", "electrical"),  # fields of a turbine

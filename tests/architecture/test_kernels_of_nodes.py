@@ -25,8 +25,8 @@ MODULES: dict[str, tuple[str, ...]] = {
     "aero/lag.py": (),
     "aero/polars.py": (),
     "wind/velocity.py": (),
-    "structure/kinematics.py": ("node_motion",),
-    "structure/dynamics.py": ("inertia_about", "collect_node"),
+    "structure/blades.py": ("node_motion", "collect_node"),
+    "structure/equations.py": ("inertia_about",),
 }
 """Files compiled for nodes, and the functions in them that are; none named means all."""
 

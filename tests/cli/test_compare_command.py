@@ -171,7 +171,7 @@ def test_a_scheme_that_fails_in_every_wind_is_left_out(command: Command, tmp_pat
     assert {row["scheme"] for row in rows(out / "seeds.csv")} == {"cpc"}
     again = command(*arguments)
     assert again.status == 1
-    assert again.err.startswith("taking over 1 finished runs")
+    assert again.err.startswith("reading 1 finished runs")
 
 
 def test_flaps_that_a_scheme_adds_are_told(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -207,7 +207,8 @@ def test_no_wind_is_left(command: Command, tmp_path: Path) -> None:
     ran = command("compare", "nrel5mw", *SHORT, "--seeds", 1, "--controllers", f"{mine}", "--out", out)
     assert (ran.status, ran.out) == (2, "")
     assert re.match(
-        r"error: compare: no wind was survived by all schemes; first of 1 failures: scheme 'own' in wind 1: "
+        r"error: compare: in no wind did all schemes reach the end of their runs; "
+        r"first of 1 failures: scheme 'own' in wind 1: "
         r"at t = 1\.\d+ s the controller 'mine' returned pitch_1 = nan",
         ran.err,
     )

@@ -11,9 +11,9 @@ from terminal import Command, refused
 
 import meltemi
 from meltemi import Result
-from meltemi.simulation.channels import Contents, catalogue
+from meltemi.simulation.channels import ChannelSet, catalogue
 
-KNOWN = catalogue(Contents(nodes=2))
+KNOWN = catalogue(ChannelSet(nodes=2))
 NAMES = ("rotor_speed", "root_moment_out_of_plane_1", "azimuth", "node_1_alpha_1", "mean_induction")
 
 

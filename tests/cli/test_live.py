@@ -22,7 +22,7 @@ import meltemi
 from meltemi.compiler import View
 from meltemi.core.errors import InputError, Status
 from meltemi.maths.vectors import Vec
-from meltemi.simulation.scene.record import unpacked
+from meltemi.scene.record import unpacked
 from meltemi.turbine.definition import Turbine
 from meltemi.view.commands import live as command
 from meltemi.view.commands.live_server import MOST_CONNECTIONS, MOST_WAITING, LiveServer

@@ -100,7 +100,7 @@ def test_a_plan_at_sea(command: Command, tmp_path: Path) -> None:
     site = tmp_path / "metocean.yaml"
     assert command("loads", "metocean", "template", "--out", site).status == 0
     there = command("loads", "metocean", "--out", site)
-    assert there.status == 2 and "is there already" in there.err
+    assert there.status == 2 and "exists already" in there.err
     at_sea = ("loads", "plan", "iea15mw-monopile", "--standard", "61400-3-1", "--rated-wind", 10.7)
     ran = command(*at_sea, "--site", site, "--quick", "--out", tmp_path / "base")
     assert ran.status == 0, ran.err

@@ -15,7 +15,7 @@ from terminal import Command
 import meltemi
 from meltemi import InputError
 from meltemi.analyses.power_curve import curve_size, power_curve, whole_speeds
-from meltemi.reports.portrait import power_portrait
+from meltemi.reports.turbine_overview import power_turbine_overview
 from meltemi.simulation import rotors
 
 pytestmark = pytest.mark.slow
@@ -168,7 +168,7 @@ def test_curves_bracket_rated_wind_and_the_peak_of_thrust(
 def test_the_command_and_inspect_have_the_same_curve(command: Command, tmp_path: Path) -> None:
     assert command("power-curve", "pmsg20mw", "--out", tmp_path).status in (0, 1)
     _, *rows = csv.reader((tmp_path / "power_curve.csv").read_text().splitlines())
-    seen = power_portrait(meltemi.load_turbine("pmsg20mw"))
+    seen = power_turbine_overview(meltemi.load_turbine("pmsg20mw"))
     assert seen.curve is not None
     assert [float(row[0]) for row in rows if row[1] != "failed"] == [p.wind.speed for p in seen.curve]
 

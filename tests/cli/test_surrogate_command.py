@@ -13,7 +13,7 @@ pytest.importorskip("pyarrow", reason="needs pyarrow")
 
 from meltemi.loads.surrogate.campaign import read_surrogate_campaign, surrogate_loads
 from meltemi.loads.surrogate.model import LoadModel, Polynomials, Surrogate, load_surrogate, write_surrogate
-from meltemi.loads.surrogate.space import Space, Variable
+from meltemi.loads.surrogate.space import SiteVariable, Space
 
 SMALL = (
     *("--variables", "speed,turbulence_intensity", "--loads", "tower_base_moment_fore_aft=4", "--points", 8),
@@ -80,7 +80,7 @@ def test_from_the_design_to_the_verdict(command: Command, tmp_path: Path) -> Non
 
 
 def test_an_evaluation_tells_its_error_and_what_to_do(command: Command, tmp_path: Path) -> None:
-    space = Space((Variable("speed", (3.0,), (25.0,)),))
+    space = Space((SiteVariable("speed", (3.0,), (25.0,)),))
     for r2, status in ((-149.0, "not usable"), (0.97, "usable")):
         errors = {"r2": r2, "nrmse": 0.123, "floor": 0.01, "bias": 0.0}
         basis = Polynomials(np.array([[0], [1]]))

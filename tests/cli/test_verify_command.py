@@ -8,20 +8,20 @@ import pytest
 from terminal import Command
 
 from meltemi.core.errors import InputError
-from meltemi.verification.table import Comparison, Study, relative
+from meltemi.verification.table import CheckStudy, CheckTable, relative
 
 
 def test_what_was_computed_is_shown_and_kept_and_what_lacks_a_package_is_skipped_at_the_start(
     command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def breaks() -> Comparison:
+    def breaks() -> CheckTable:
         raise InputError("a broken study")
 
     row = relative("thing", "here", "N", 1.0, 1.001, 0.5)
     studies = (
-        Study(1.0, lambda: Comparison("example", "Example", "nobody", [row])),
-        Study(1.0, breaks, "blades of another", ("windIO",)),
-        Study(1.0, breaks),
+        CheckStudy(1.0, lambda: CheckTable("example", "Example", "nobody", [row])),
+        CheckStudy(1.0, breaks, "blades of another", ("windIO",)),
+        CheckStudy(1.0, breaks),
     )
     monkeypatch.setattr("meltemi.verification.verification.FULL", studies)
     monkeypatch.setattr("meltemi.core.extras.installed", lambda name: False)

@@ -8,11 +8,11 @@ from meltemi.control.constant import ConstantController
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.verification.modes import damping_row, model_at
-from meltemi.verification.table import Comparison, relative
+from meltemi.verification.table import CheckTable, relative
 from meltemi.wind.fields import SteadyWind
 
 
-def decays() -> Comparison:
+def decays() -> CheckTable:
     """Free decays from an initial deflection."""
     blades = {f"blade {b} 1st flap": 1.9752 for b in (1, 2, 3)} | {f"blade {b} 1st edge": 0.2535 for b in (1, 2, 3)}
     cases = {
@@ -37,4 +37,4 @@ def decays() -> Comparison:
         frequency, damping = decay(result.time, result[r["channel"]])
         rows.append(relative("frequency", r["case"], "Hz", float(r["frequency_hz"]), frequency, 1.5))
         rows.append(damping_row("damping", r["case"], float(r["damping"]), damping))
-    return Comparison("decays", "Free decays against OpenFAST", source_of("decay"), rows)
+    return CheckTable("decays", "Free decays against OpenFAST", source_of("decay"), rows)

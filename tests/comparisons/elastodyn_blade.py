@@ -29,7 +29,7 @@ from meltemi.verification.openfast_deck import (
     deck_options,
     deck_turbine,
 )
-from meltemi.verification.table import Comparison, Row, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckTable, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
 ELEMENTS, TOWER_ELEMENTS = 17, 20
@@ -152,9 +152,9 @@ def _untwisted(curvature: Float, h: float) -> Float:
     return _sum(_sum(curvature, h)[0], h)[0]
 
 
-def discretisation() -> Comparison:
+def discretisation() -> CheckTable:
     """Modes and spinning in vacuum with ElastoDyn's discretisation of the blade."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     turbine = deck_turbine(load_turbine("nrel5mw"))
     modes = natural_modes(in_vacuum(elastodyn_model(turbine, "A", 0.0)))
     table = reference_table("modes", case="lin_0rpm_g0_genfix")
@@ -166,4 +166,4 @@ def discretisation() -> Comparison:
     model = in_vacuum(elastodyn_model(turbine, "A", locked=("yaw", "generator")))
     rows += spinning(model, ("OoPDefl1", "IPDefl1", "RootMyc1", "RootMxc1"), 0.5, "spin, ")
     title = "ElastoDyn's discretisation of the blade in our equations (explains deflections and flap frequencies)"
-    return Comparison("discretisation", title, source_of("modes"), rows)
+    return CheckTable("discretisation", title, source_of("modes"), rows)

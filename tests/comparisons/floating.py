@@ -37,7 +37,7 @@ from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.definition import BaseMotion
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.table import Comparison, Row, at_least, relative
+from meltemi.verification.table import Check, CheckTable, at_least, relative
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind_files import read_bts
 
@@ -218,13 +218,13 @@ def wind_and_sea(case: str, settings: Wind, folder: Path | None) -> tuple[Any, C
     return read_bts(folder / "wind" / settings.wind), sea
 
 
-def in_wind(folder: Path | None = None) -> Comparison:
+def in_wind(folder: Path | None = None) -> CheckTable:
     """Steady wind under ROSCO; with the folder of the reference runs turbulence and sea, too.
 
     Raises:
       InputError: the folder has no such runs.
     """
-    rows: list[Row] = []
+    rows: list[Check] = []
     data = thinned("floating_wind_runs")
     for case in WINDS | (TURBULENT if folder else {}):
         if case in WINDS:
@@ -238,13 +238,13 @@ def in_wind(folder: Path | None = None) -> Comparison:
         for name, series in zip(WIND_CHANNELS, reference.T, strict=True):
             rows += spread(name, case, ours, series[inside], inside, STEP, (WIND_STD, WIND_DEL))
     source = "OpenFAST v5.0.0 with SeaState, HydroDyn, MoorDyn and ROSCO 2.10.6, the same wind and waves (F5, F6, F7)"
-    return Comparison("floating wind", "IEA 15 MW on the VolturnUS-S in wind, under ROSCO", source, rows)
+    return CheckTable("floating wind", "IEA 15 MW on the VolturnUS-S in wind, under ROSCO", source, rows)
 
 
 def spread(
     name: str, case: str, ours: Result, reference: Float64, inside: NDArray[np.bool_], step: float,
     bands: tuple[float, float],
-) -> list[Row]:  # fmt: skip
+) -> list[Check]:  # fmt: skip
     """Standard deviation and, of a load, equivalent load of a channel that varies.
 
     Args:
@@ -298,9 +298,9 @@ def swings(time: Float64, x: Float64, period: float) -> tuple[float, float]:
     return float((at[-1] - at[0]) / (cycles + 0.5)), float(np.log(span[0] / span[-1]) / cycles)
 
 
-def floating() -> Comparison:
+def floating() -> CheckTable:
     """Decays, regular waves in two headings, an irregular sea without and with difference frequencies."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     data = thinned("floating_runs")
     for case, settings in CASES.items():
         reference = data[f"{case}_counts"] * data[f"{case}_steps"]
@@ -323,4 +323,4 @@ def floating() -> Comparison:
             if case.startswith("F4"):
                 rows.append(at_least(f"{name} correlation", case, "-", CORRELATION, float(np.corrcoef(x, y)[0, 1])))
     source = "OpenFAST v5.0.0 with SeaState, HydroDyn, MoorDyn, the same waves (cases F2, F3, F4); no air"
-    return Comparison("floating", "IEA 15 MW on the VolturnUS-S with moving lines", source, rows)
+    return CheckTable("floating", "IEA 15 MW on the VolturnUS-S with moving lines", source, rows)

@@ -32,7 +32,7 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.table import Comparison, Row, at_least, phase, relative
+from meltemi.verification.table import Check, CheckTable, at_least, phase, relative
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -113,7 +113,7 @@ def monopile_model(*, water: bool = True, air: bool = False, **changes: Any) -> 
     return model.with_parameters(**still)
 
 
-def frequencies() -> Comparison:
+def frequencies() -> CheckTable:
     """Natural frequencies in water and air of the parked turbine."""
     rows = []
     for where, values in FREQUENCIES.items():
@@ -125,7 +125,7 @@ def frequencies() -> Comparison:
                 found = _nearest(modes, reference, name)
                 rows.append(relative(name, f"{where}, {shapes} shapes", "Hz", reference, found, band))
     source = "OpenFAST v5.0.0: release of the tower top, blades at 90 deg (cases M1)"
-    return Comparison("offshore frequencies", "IEA 15 MW on its monopile, natural frequencies", source, rows)
+    return CheckTable("offshore frequencies", "IEA 15 MW on its monopile, natural frequencies", source, rows)
 
 
 def _nearest(modes: Any, reference: float, name: str) -> float:
@@ -155,9 +155,9 @@ def sea_run(case: str, duration: float, **changes: Any) -> Result:
     )
 
 
-def waves() -> Comparison:
+def waves() -> CheckTable:
     """Loads in regular waves, with stretching and current, and in an irregular sea."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     figures = {}
     data = thinned("offshore_runs")
     for case, settings in CASES.items():
@@ -177,10 +177,10 @@ def waves() -> Comparison:
         if settings.period is None:
             figures["offshore_sea"] = _plot(ours, time, reference, settings.begin)
     source = "OpenFAST v5.0.0 with SeaState, HydroDyn, SubDyn, the same waves (cases M2, M3, M6); no air"
-    return Comparison("offshore waves", "IEA 15 MW on its monopile in waves", source, rows, figures=figures)
+    return CheckTable("offshore waves", "IEA 15 MW on its monopile in waves", source, rows, figures=figures)
 
 
-def _harmonic(name: str, case: str, unit: str, time: Float, ours: Float, theirs: Float, period: float) -> list[Row]:
+def _harmonic(name: str, case: str, unit: str, time: Float, ours: Float, theirs: Float, period: float) -> list[Check]:
     """Amplitude and phase of the first harmonic, over whole periods."""
     whole = time - time[0] < period * np.floor((time[-1] - time[0]) / period) - 1e-6
     turn = np.exp(-2j * np.pi / period * time[whole])

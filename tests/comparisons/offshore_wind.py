@@ -17,7 +17,7 @@ from comparisons.offshore import DECK, RELEASED, STEP, monopile_model
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
-from meltemi.verification.table import Comparison, Row, at_least, relative
+from meltemi.verification.table import Check, CheckTable, at_least, relative
 
 STEADY = {"M4_8": Wind(8.0, 5.73, 0.0), "M4_12": Wind(12.0, 7.56, 7.0), "M4_18": Wind(18.0, 7.56, 15.5)}
 TURBULENT = {"M5_12": Wind("kai12_s1.bts", 7.56, 7.0), "M5_18_dir60": Wind("kai18_s2.bts", 7.56, 15.5)}
@@ -52,9 +52,9 @@ def wind_run(case: str, duration: float, folder: Path | None = None, *, step: fl
         )
 
 
-def steady() -> Comparison:
+def steady() -> CheckTable:
     """Steady wind in still water; forces of the water, which only rests, are left out."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     data = thinned("offshore_wind_runs")
     for case in STEADY:
         reference = data[f"{case}_counts"] * data[f"{case}_steps"]
@@ -67,16 +67,16 @@ def steady() -> Comparison:
                 rows.append(relative(f"{name} mean", case, unit, mean, found, MEAN, floor=floor))
                 rows += spread(name, case, ours, series, inside, STEP, BANDS)
     source = "OpenFAST v5.0.0 with HydroDyn, SubDyn and ROSCO 2.10.6 (cases M4), 30 to 60 s after the release"
-    return Comparison("offshore wind", "IEA 15 MW on its monopile in steady wind, under ROSCO", source, rows)
+    return CheckTable("offshore wind", "IEA 15 MW on its monopile in steady wind, under ROSCO", source, rows)
 
 
-def turbulent(folder: Path) -> Comparison:
+def turbulent(folder: Path) -> CheckTable:
     """Turbulence and sea.
 
     Raises:
       InputError: the folder has no such runs.
     """
-    rows: list[Row] = []
+    rows: list[Check] = []
     for case in TURBULENT:
         reference = full_series(folder / f"series/{case}.npz", IN_TURBULENCE, STEP)
         time = STEP * np.arange(float(len(reference)))
@@ -87,4 +87,4 @@ def turbulent(folder: Path) -> Comparison:
             rows.append(at_least(f"{name} correlation", case, "-", CORRELATION, found))
     source = "OpenFAST v5.0.0 with SeaState, HydroDyn, SubDyn and ROSCO 2.10.6, the same wind and waves (cases M5)"
     title = "IEA 15 MW on its monopile in turbulence and sea, under ROSCO"
-    return Comparison("offshore turbulence", title, source, rows)
+    return CheckTable("offshore turbulence", title, source, rows)

@@ -24,7 +24,7 @@ from meltemi.simulation.start import Start
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
-from meltemi.verification.table import Comparison, Row, difference, relative
+from meltemi.verification.table import Check, CheckTable, difference, relative
 from meltemi.wind.fields import SteadyWind, WindBox
 from meltemi.wind_files import read_bts
 
@@ -129,41 +129,41 @@ def run(s: Setting, model: BladedModel, channels: Sequence[str] = CHANNELS, wind
     )
 
 
-def parked() -> Comparison:
+def parked() -> CheckTable:
     """Statistics of parked and idling rotors in steady wind."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     found: dict[str, Result] = {}
     for s in settings():
         found[s["case"]] = run(s, deck_blades(s)).between(float(s["begin"]), np.inf)
         rows += statistics(s, found[s["case"]], STEADY)
     title = "Parked and idling rotors against OpenFAST (percent of the channel's range over the case)"
-    return Comparison("parked", title, source_of("parked"), rows, figures={"parked": _plot_yaw(found)})
+    return CheckTable("parked", title, source_of("parked"), rows, figures={"parked": _plot_yaw(found)})
 
 
-def discretised() -> Comparison:
+def discretised() -> CheckTable:
     """The same with OpenFAST's discretisation of the blades, which explains most deviations."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     for s in settings():
         rows += statistics(s, run(s, openfast_blades(s)).between(float(s["begin"]), np.inf), STEADY)
     title = "Parked and idling rotors with OpenFAST's discretisation in our equations (percent of the channel's range)"
-    return Comparison("parked discretisation", title, source_of("parked"), rows)
+    return CheckTable("parked discretisation", title, source_of("parked"), rows)
 
 
-def statistics(s: Setting, result: Result, band: float, blades: str = "") -> list[Row]:
+def statistics(s: Setting, result: Result, band: float, blades: str = "") -> list[Check]:
     """Mean, standard deviation and extremes of a case, in percent of the channel's range over the whole case."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("parked", case=s["case"]):
         channel, span = r["channel"], float(r["range"])
         for name, measure in MEASURES.items():
             reference, ours = float(r[name]), float(measure(result[channel]))
             deviation, unit = 100.0 * (ours - reference) / span, result.channel(channel).unit
-            rows.append(Row(channel, f"{s['case']}{blades}: {name}", unit, reference, ours, deviation, "%", band))
+            rows.append(Check(channel, f"{s['case']}{blades}: {name}", unit, reference, ours, deviation, "%", band))
     return rows
 
 
-def stalled() -> Comparison:
+def stalled() -> CheckTable:
     """Vibration of stalled blades with our blades and with OpenFAST's."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     found: dict[tuple[str, str], tuple[Float, Float]] = {}
     at = {s["case"]: s for s in settings()}
     for r in reference_table("parked_vibration"):
@@ -181,10 +181,10 @@ def stalled() -> Comparison:
             found[case, blades] = result.time, amplitudes(result.time, x, direction.band)[0]
     title = "Vibration of stalled blades of parked rotors against OpenFAST"
     figures = {"parked_stall": _plot_amplitudes(found)}
-    return Comparison("parked stall", title, source_of("parked_vibration"), rows, figures=figures)
+    return CheckTable("parked stall", title, source_of("parked_vibration"), rows, figures=figures)
 
 
-def turbulent(folder: Path | None = None) -> Comparison:
+def turbulent(folder: Path | None = None) -> CheckTable:
     """Statistics of idling rotors in turbulence, with our blades and with OpenFAST's.
 
     Args:
@@ -194,7 +194,7 @@ def turbulent(folder: Path | None = None) -> Comparison:
         wind = thinned_box("parked_wind", "ewm42.5_s1, thinned")
     else:
         wind = read_bts(folder / "openfast_dlc/wind/ewm42.5_s1.bts")
-    rows: list[Row] = []
+    rows: list[Check] = []
     for s in reference_table("parked_cases", speed=""):
         if s["case"].endswith(SHORT.suffix) is (folder is None):
             for blades, model in BLADES.items():
@@ -202,7 +202,7 @@ def turbulent(folder: Path | None = None) -> Comparison:
                 rows += statistics(s, result, TRANSIENT, blades)
     title = "Idling in turbulence against OpenFAST (percent of the channel's range over the case)"
     name = "parked turbulence" + ("" if folder else " short")
-    return Comparison(name, title + ("" if folder else ", 30 s"), source_of("parked"), rows)
+    return CheckTable(name, title + ("" if folder else ", 30 s"), source_of("parked"), rows)
 
 
 def _plot_yaw(found: dict[str, Result]) -> Figure:

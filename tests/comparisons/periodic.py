@@ -13,7 +13,7 @@ from meltemi.report.palette import COLOURS
 from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.simulation.simulate import simulate
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, phase, relative
+from meltemi.verification.table import Check, CheckTable, phase, relative
 from meltemi.wind.fields import SteadyWind
 
 PSI = np.radians(5.0 + 10.0 * np.arange(36.0))
@@ -31,9 +31,9 @@ def _words(case: str) -> str:
     return f"{'shear' if kind == 'shear' else 'yaw 20 deg'}, {speed} m/s"
 
 
-def periodic(aero: str, cases: Sequence[str]) -> Comparison:
+def periodic(aero: str, cases: Sequence[str]) -> CheckTable:
     """First harmonic over the azimuth of root moments and tip deflection in shear and in yaw."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     figure, axes = new_figure(len(cases), 2, size=(9.0, 2.2 * len(cases) + 0.5))
     for i, name in enumerate(cases):
         result = simulate(
@@ -59,4 +59,4 @@ def periodic(aero: str, cases: Sequence[str]) -> Comparison:
         ax.set_xlabel("azimuth of blade 1 [deg]")
     axes[0, 0].legend(ncols=2, **ABOVE)
     title = f"Over the azimuth, in shear and in yaw, against OpenFAST set {aero}"
-    return Comparison(f"periodic {aero}", title, source_of("azimuth"), rows, figures={f"periodic_{aero}": figure})
+    return CheckTable(f"periodic {aero}", title, source_of("azimuth"), rows, figures={f"periodic_{aero}": figure})

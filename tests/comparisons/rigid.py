@@ -25,7 +25,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.steady import NODE_FIELDS, NODES, deck_model
-from meltemi.verification.table import Comparison, Row, phase, relative
+from meltemi.verification.table import Check, CheckTable, phase, relative
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -49,10 +49,10 @@ FIXED = {
 """Case: without tilt and cone, options, wind."""
 
 
-def fixed_rotor() -> Comparison:
+def fixed_rotor() -> CheckTable:
     """Rigid turbine at 12.1 rpm: kinematics, momentum theory and section loads."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
-    rows: list[Row] = []
+    rows: list[Check] = []
     for case, (plain, changes, wind) in FIXED.items():
         described = straight(turbine) if plain else turbine
         model = build(described, deck_options(described, "A", locked=RIGID, time_step=0.0125, **changes))
@@ -78,7 +78,7 @@ def fixed_rotor() -> Comparison:
                 least = max(floor, 0.2 * abs(mean))
                 ours = 0.5 * float(np.ptp(bins))
                 rows.append(relative(f"{r['channel']} half range", case, unit, half, ours, 1.5, floor=least))
-    return Comparison("fixed rotor", "Rigid machine at fixed speed against OpenFAST", source_of("fixed"), rows)
+    return CheckTable("fixed rotor", "Rigid machine at fixed speed against OpenFAST", source_of("fixed"), rows)
 
 
 def _ours(channel: str) -> str:
@@ -88,14 +88,14 @@ def _ours(channel: str) -> str:
     return find(channel, standard()).name
 
 
-def spin() -> Comparison:
+def spin() -> CheckTable:
     """Flexible rotor turning in vacuum under gravity: mean and first harmonic."""
     model = deck_model("A", locked=("yaw", "generator")).with_parameters(**{"aerodynamics.air_density": 0.0})
     rows = spinning(model, [r["channel"] for r in reference_table("spin")], 1.5)
-    return Comparison("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
+    return CheckTable("spin", "Spinning in vacuum against OpenFAST", source_of("spin"), rows)
 
 
-def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: str = "") -> list[Row]:
+def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: str = "") -> list[Check]:
     """Mean, amplitude and phase over the azimuth of a rotor turning in vacuum."""
     result = simulate(
         model,
@@ -105,7 +105,7 @@ def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: s
         start=Start(rotor_speed=SPEED, coordinates={}),
         channels=["azimuth", *channels],
     ).between(60.0, 120.0)
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("spin"):
         if (name := r["channel"]) in channels:
             mean, amplitude, lag = harmonic(result["azimuth"], result[name])
@@ -118,7 +118,7 @@ def spinning(model: BladedModel, channels: Sequence[str], band: float, prefix: s
     return rows
 
 
-def pitch_steps() -> Comparison:
+def pitch_steps() -> CheckTable:
     """Rigid rotor, pitch 0 to 2 deg: undershoot and recovery by dynamic inflow."""
     turbine = straight(deck_turbine(load_turbine("nrel5mw")))
     speed = 11.43 * np.pi / 30.0
@@ -127,7 +127,7 @@ def pitch_steps() -> Comparison:
         for blade in range(3):
             demands.pitch[blade] = np.radians(2.0) * min(max((measured.time - 80.0) / 0.1, 0.0), 1.0)
 
-    rows: list[Row] = []
+    rows: list[Check] = []
     figure, axes = new_figure(1, 1, size=(9.0, 3.2))
     for i, aero in enumerate(("A", "B", "E", "E3")):
         model = build(turbine, deck_options(turbine, aero, locked=RIGID, tower_influence="none", time_step=0.01))
@@ -160,4 +160,4 @@ def pitch_steps() -> Comparison:
     axes[0, 0].set_ylabel("thrust [kN]")
     axes[0, 0].legend(title="circles: OpenFAST's lowest value")
     title = "Pitch steps of the rigid rotor against OpenFAST"
-    return Comparison("pitch step", title, source_of("pitch_step"), rows, figures={"pitch_step": figure})
+    return CheckTable("pitch step", title, source_of("pitch_step"), rows, figures={"pitch_step": figure})

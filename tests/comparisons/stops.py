@@ -35,7 +35,7 @@ from meltemi.supervisor.supervised import SupervisedController
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row
+from meltemi.verification.table import Check, CheckTable
 from meltemi.wind.fields import SteadyWind, Wind, WindSeries
 from meltemi.wind_files import read_bts
 
@@ -261,9 +261,9 @@ KINDS = {
 """Words and bands."""
 
 
-def compare(name: str, result: Result, event: float, reference: str | None = None) -> list[Row]:
+def compare(name: str, result: Result, event: float, reference: str | None = None) -> list[Check]:
     """Rows of a case, in percent of the range that the channel has in it, and the times of the extremes."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("stops", case=reference or name):
         channel, span = r["channel"], float(r["range"])
         x, unit = result[channel], result.channel(channel).unit
@@ -271,32 +271,32 @@ def compare(name: str, result: Result, event: float, reference: str | None = Non
         for key, (words, band) in KINDS.items():
             theirs = float(r[key])
             deviation = 100.0 * (ours[key] - theirs) / span
-            rows.append(Row(channel, f"{name}, {words}", unit, theirs, ours[key], deviation, "%", band))
+            rows.append(Check(channel, f"{name}, {words}", unit, theirs, ours[key], deviation, "%", band))
         for key, sign in (("minimum", -1.0), ("maximum", 1.0)):
             # of peaks that are equal within the band, the nearest in time
             near = result.time[(sign * (x - ours[key]) >= -0.01 * TRANSIENT * span) & (result.time >= event - 1e-6)]
             theirs = float(r[f"at_{key}"])
             at = float(near[np.abs(near - theirs).argmin()])
-            rows.append(Row("time of extreme", f"{name}, {channel} {key}", "s", theirs, at, at - theirs, "s", LATE))
+            rows.append(Check("time of extreme", f"{name}, {channel} {key}", "s", theirs, at, at - theirs, "s", LATE))
     return rows
 
 
-def gusts() -> Comparison:
+def gusts() -> CheckTable:
     """Production in gusts, direction changes and shears of the standard."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     for name, case in gust_cases().items():
         rows += compare(name, run_case(name), case.event)
     title = "Production in IEC gusts against OpenFAST (percent of the channel's range in the case)"
-    return Comparison("gusts", title, source_of("stops"), rows)
+    return CheckTable("gusts", title, source_of("stops"), rows)
 
 
-def stops(folder: Path | None = None) -> Comparison:
+def stops(folder: Path | None = None) -> CheckTable:
     """Stops, loss of the grid and a stuck blade.
 
     Args:
       folder: of reference runs: only the stop in turbulence, whose wind is there.
     """
-    rows: list[Row] = []
+    rows: list[Check] = []
     figures = {}
     names = [BOX] if folder else [name for name in STOPS if name != BOX]
     for name in names:
@@ -305,7 +305,7 @@ def stops(folder: Path | None = None) -> Comparison:
         rows += compare("supervised, 25 m/s", supervised(), BEGIN, reference="estop_25")
         figures["stops"] = plot_stops()
     title = "Stops and faults against OpenFAST (percent of the channel's range in the case)"
-    return Comparison("stops in turbulence" if folder else "stops", title, source_of("stops"), rows, figures=figures)
+    return CheckTable("stops in turbulence" if folder else "stops", title, source_of("stops"), rows, figures=figures)
 
 
 def supervised() -> Result:

@@ -12,7 +12,7 @@ from meltemi.report.plots import plot
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, difference, relative
+from meltemi.verification.table import Check, CheckTable, difference, relative
 from meltemi.wind.fields import WindSeries
 
 Float = NDArray[np.float64]
@@ -35,9 +35,9 @@ def step_wind() -> WindSeries:
     return WindSeries(time=time, speed=[10.0, 10.0, 11.0, 11.0], source="wind step from 10 to 11 m/s")
 
 
-def gust() -> Comparison:
+def gust() -> CheckTable:
     """Extremes of the gust and when they occur."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     results: list[Result] = []
     for aero in "AB":
         result = simulate(deck_model(aero), gust_wind(), duration=140.0, channels=CHANNELS).between(80.0, 120.0)
@@ -49,16 +49,16 @@ def gust() -> Comparison:
             for name, value, at in (("minimum", low, at_low), ("maximum", high, at_high)):
                 reference, theirs = float(r[name]), float(r[f"at_{name}"])
                 deviation = 100.0 * (value - reference) / span
-                rows.append(Row(f"{channel} {name}", where, unit, reference, value, deviation, "%", 4.0))
+                rows.append(Check(f"{channel} {name}", where, unit, reference, value, deviation, "%", 4.0))
                 rows.append(difference(f"{channel} time of {name}", where, "s", theirs, at, 0.3, measure="s"))
     figure = plot(results, ["Wind1VelX", "RotSpeed", "BldPitch1", "RootMyc1", "TwrBsMyt"], ["options A", "options B"])
     title = "Extreme operating gust against OpenFAST (percent of the channel's peak-to-peak)"
-    return Comparison("gust", title, source_of("gust"), rows, figures={"gust": figure})
+    return CheckTable("gust", title, source_of("gust"), rows, figures={"gust": figure})
 
 
-def step() -> Comparison:
+def step() -> CheckTable:
     """Means before and after a wind step, and the largest azimuthal average."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     for aero in "AB":
         result = simulate(deck_model(aero), step_wind(), duration=200.0, channels=CHANNELS)
         t = result.time
@@ -72,4 +72,4 @@ def step() -> Comparison:
             rows.append(relative(f"{channel} after", where, unit, float(r["after"]), float(after), 2.0))
             largest = float(means[ends > 120.0].max())
             rows.append(relative(f"{channel} largest of a revolution", where, unit, float(r["largest"]), largest, 2.0))
-    return Comparison("wind step", "Wind step against OpenFAST", source_of("step"), rows)
+    return CheckTable("wind step", "Wind step against OpenFAST", source_of("step"), rows)

@@ -20,7 +20,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, at_least, relative
+from meltemi.verification.table import Check, CheckTable, at_least, relative
 from meltemi.wind.fields import WindBox
 from meltemi.wind_files import read_bts
 
@@ -100,7 +100,7 @@ def thinned_box(name: str, source: str) -> WindBox:
     return WindBox((velocity * step).astype(np.float32), dt, dy, dz, bottom, speed, 90.0, source=source)
 
 
-def turbulence(aero: str, folder: Path | None = None) -> Comparison:
+def turbulence(aero: str, folder: Path | None = None) -> CheckTable:
     """Means, standard deviations, equivalent loads and correlations in turbulence at 20 m/s, 14 %.
 
     Args:
@@ -108,7 +108,7 @@ def turbulence(aero: str, folder: Path | None = None) -> Comparison:
       folder: reference runs, two seeds of ten minutes; without it one seed of 45 s, which comes with the package.
     """
     span = LONG if folder else SHORT
-    rows: list[Row] = []
+    rows: list[Check] = []
     for seed in span.seeds:
         case = f"turb_vkm20_s{seed}"
         own, other = (
@@ -126,14 +126,14 @@ def turbulence(aero: str, folder: Path | None = None) -> Comparison:
     source = f"OpenFAST v5.0.0, set {aero}, {boxes}, {span.begin:g} to {span.end:g} s"
     title = f"Turbulence at 20 m/s against OpenFAST set {aero}" + ("" if folder else ", 45 s")
     name = f"turbulence {aero}" + ("" if folder else " short")
-    return Comparison(name, title, source, rows, figures={name.replace(" ", "_"): figure})
+    return CheckTable(name, title, source, rows, figures={name.replace(" ", "_"): figure})
 
 
-def _compare(aero: str, where: str, span: Span, ours: Result, own: Series, other: Series) -> list[Row]:
+def _compare(aero: str, where: str, span: Span, ours: Result, own: Series, other: Series) -> list[Check]:
     inside = (own["Time"] >= span.begin - 1e-6) & (own["Time"] <= span.end + 1e-6)
     part = ours.between(span.begin, span.end)
     mean_band, std_band, load_band = BANDS[aero]
-    rows: list[Row] = []
+    rows: list[Check] = []
     for name in CHANNELS:
         x, y, z = part[name], own[name][inside], other[name][inside]
         channel = part.channel(name)
@@ -152,7 +152,7 @@ def _compare(aero: str, where: str, span: Span, ours: Result, own: Series, other
             rows.append(at_least(f"{name} correlation", where, "-", CORRELATION[aero][name], correlation))
         near, far = (float(np.sqrt(np.mean((x - s) ** 2))) / spread for s in (y, z))
         closer = f"rms distance to set {aero} below that to the other set"
-        rows.append(Row(closer, f"{name}, {where}", "-", far, near, max(0.0, near - far), "-", 0.0))
+        rows.append(Check(closer, f"{name}, {where}", "-", far, near, max(0.0, near - far), "-", 0.0))
     return rows
 
 

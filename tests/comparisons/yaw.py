@@ -11,7 +11,7 @@ from meltemi.postprocess.statistics import azimuth_bins
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, relative
+from meltemi.verification.table import Check, CheckTable, relative
 from meltemi.verification.table import reference_table as table_of
 from meltemi.wind.fields import SteadyWind
 
@@ -27,12 +27,12 @@ SWINGING = ("YawBrFyp", "YawBrMxp", "TwrBsFyt", "TwrBsMxt")
 spills into it, so this amplitude is only reported."""
 
 
-def yawed(aero: str) -> Comparison:
+def yawed(aero: str) -> CheckTable:
     """Power and loads of yaw bearing, tower base and blade root at 10 m/s and 20 deg of yaw error."""
     table = {r["channel"]: r for r in reference_table("yaw", set=aero)}
     wind = SteadyWind(speed=10.0, direction=float(np.radians(YAW)))
     result = simulate(deck_model(aero), wind, duration=160.0, channels=["azimuth", *table]).between(100.0, 160.0)
-    rows: list[Row] = []
+    rows: list[Check] = []
     for name, r in table.items():
         unit, x = result.channel(name).unit, azimuth_bins(result, name)
         alike = [other for channel, other in table.items() if channel[:5] == name[:5] and _kind(channel) == _kind(name)]
@@ -52,7 +52,7 @@ def yawed(aero: str) -> Comparison:
     theirs = float(table["GenPwr"]["mean"]) / float(straight["value"])
     rows.append(relative("power over that without yaw", "10 m/s", "-", theirs, ours, 0.2))
     title = f"At 10 m/s with {YAW:g} deg of yaw error, against OpenFAST set {aero}"
-    return Comparison(f"yaw {aero}", title, source_of("yaw"), rows)
+    return CheckTable(f"yaw {aero}", title, source_of("yaw"), rows)
 
 
 def _kind(channel: str) -> str:

@@ -19,7 +19,7 @@ from meltemi.simulation.vibrations import (
     LARGEST_ANGLE,
     derivative_matrix,
     fitted_step,
-    own_vibrations,
+    single_vibrations,
     step_weights,
     time_step,
     vacuum_case,
@@ -105,7 +105,7 @@ def test_shaft_of_the_iea15mw_against_the_closed_form(h: float, limit: float) ->
     model = meltemi.build(
         meltemi.load_turbine("iea15mw"), ModelOptions(time_step=h, **SHAFT), Environment(gravity=0.0)
     ).with_parameters(**{"aerodynamics.air_density": 0.0})
-    frequency, damping = own_vibrations(model)[:, model.coordinates.index("drivetrain")]
+    frequency, damping = single_vibrations(model)[:, model.coordinates.index("drivetrain")]
     result = meltemi.simulate(
         model,
         CALM,
@@ -201,7 +201,7 @@ def test_coordinates_far_above_all_others_are_stiff(
 ) -> None:
     names = ("tower a", "tower b", "yaw", "generator", "drivetrain", "blade 1 a", "blade 1 b", "blade 1 c")
     model: Any = SimpleNamespace(coordinates=names, rows=rows_of(5))
-    monkeypatch.setattr(vibrations, "own_vibrations", lambda model: np.array([frequencies, np.zeros(8)]))
+    monkeypatch.setattr(vibrations, "single_vibrations", lambda model: np.array([frequencies, np.zeros(8)]))
     assert tuple(np.flatnonzero(vibrations.stiff(model))) == expected
     model.coordinates = (*names[:7], "blade 1 1st residual")
     assert vibrations.stiff(model)[7]

@@ -100,6 +100,17 @@ def test_a_turbine_on_a_rocking_block_moves_as_its_closed_form(tmp_path: Path) -
     run(tmp_path, "-c", CLOSED_FORM, NUMBA_DISABLE_JIT="1")
 
 
+def test_the_page_checks_an_instant(tmp_path: Path) -> None:
+    (printed,) = re.findall(r'^```text title="at this instant"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL)
+    assert run(tmp_path, "instant.py", NUMBA_DISABLE_JIT="1") == printed
+
+
+def test_a_number_of_the_block_that_is_missing_is_named(tmp_path: Path) -> None:
+    code = "import tumbler; tumbler.part_of(tumbler.turbine.replace(extensions={'block': {'radius': 1.0}}), None, None)"
+    with pytest.raises(AssertionError, match="extensions.block: missing height, mass, centre, inertia, friction"):
+        run(tmp_path, "-c", code, NUMBA_DISABLE_JIT="1")
+
+
 @pytest.mark.long
 def test_the_program_prints_what_the_page_says(tmp_path: Path) -> None:
     (printed,) = re.findall(r'^```text title="printed"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL)

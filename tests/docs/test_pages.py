@@ -79,7 +79,7 @@ def test_code_on_the_page_runs(
     """Blocks with the title of a file are that file; those of the title ``printed`` are what is printed. Loops are
     tuned at one operating point, gains at few."""
     monkeypatch.setattr(schemes, "linear_models", lambda model, progress=None: tuning.linear_models(model, [18.0]))
-    monkeypatch.setattr(baseline_tuning, "CHECKED", 1)
+    monkeypatch.setattr(baseline_tuning, "MARGIN_POINTS", 1)
     monkeypatch.setattr(baseline_tuning, "POINTS", 3)
     code, texts = "\n".join(blocks(page, "python")), blocks(page, 'text title="printed"')
     assert "import meltemi" in code

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from meltemi.compiler import Array1, Record, hook, joined, kernel, records
+from meltemi.compiler import Array1, KernelRecord, hook, joined, kernel, records
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "development" / "parts.md").read_text(encoding="utf-8")
@@ -68,7 +68,7 @@ def test_a_part_has_states_in_linear_models(files: Path) -> None:
     run(files, "-c", LINEAR)
 
 
-class Base(Record):
+class Base(KernelRecord):
     x: Array1
 
 
@@ -105,7 +105,7 @@ def twice(m: Base) -> None:
 
 @pytest.mark.parametrize(("parts", "once", "both"), [((), 3.0, 3.0), ((Two,), 30.0, 300.0), ((One, Two), 40.0, 410.0)])
 def test_a_hook_calls_the_variants_of_all_classes_that_a_record_joins(
-    parts: tuple[type[Record], ...], once: float, both: float
+    parts: tuple[type[KernelRecord], ...], once: float, both: float
 ) -> None:
     """From the host and in kernels, in the order of the parts."""
     kind = joined(*parts, Base)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import Controller, InputError, Model, ModelOptions, Simulation, SteadyWind, Turbine
 from meltemi.aero.flaps import ALPHAS, DELTAS, STEP, flap_increment
-from meltemi.aero.polars import Coefficients
+from meltemi.aero.polars import SectionCoefficients
 from meltemi.aero.tables import AeroNode, AeroOptions, AeroParameters, FlapIncrement, FlapParameters
-from meltemi.compiler import Array3, Record
+from meltemi.compiler import Array3, KernelRecord
 from meltemi.control import signals as s
 from meltemi.simulation.case import Case
 from meltemi.simulation.run import Run
@@ -67,7 +67,7 @@ def test_a_flap_moves_its_own_blades_root_moment(
     assert np.all(others < 0.03 * abs(up - none)[0])
 
 
-class Flaps(Record):
+class Flaps(KernelRecord):
     """What the look-up of increments takes of the record of the aerodynamics."""
 
     flap_nodes: Array3
@@ -75,7 +75,7 @@ class Flaps(Record):
     flap: FlapParameters
 
 
-def increment(share: Float, table: Float, flap: Float, alpha: float, n: int = 0) -> Coefficients:
+def increment(share: Float, table: Float, flap: Float, alpha: float, n: int = 0) -> SectionCoefficients:
     """What flaps add at a node of the first blade."""
     m: Any = Flaps("floats", {"flap_nodes": share, "increments": table, "flap": flap})
     return flap_increment(alpha, m, 0, n)

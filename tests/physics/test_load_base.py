@@ -28,7 +28,7 @@ from meltemi.loads.loadbase import engine
 from meltemi.loads.loadbase.campaign import Campaign, make_campaign, write_campaign
 from meltemi.loads.loadbase.jobs import Job, Workshop, jobs_of
 from meltemi.loads.loadbase.plan import Plan, plan
-from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.store import ResultStore
 from meltemi.loads.loadbase.table import load_table
 from meltemi.simulation.simulate import simulate
 from meltemi.studies.preview import rotor_average
@@ -310,7 +310,7 @@ def test_a_case_that_fails_is_one_row(
     monkeypatch.setattr(Workshop, "run", make)
     assert engine.run_base(mixed, tmp_path, workers=1).failed == 3  # they are there
     assert engine.run_base(mixed, tmp_path, workers=1, retry=True).failed == 1
-    assert Store(tmp_path).places[jobs_of(mixed)[1].key].status is Status.OK
+    assert ResultStore(tmp_path).places[jobs_of(mixed)[1].key].status is Status.OK
 
 
 def test_progress_rises_to_the_end(tiny: Plan, tmp_path: Path) -> None:

@@ -16,6 +16,7 @@ from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.mooring import read_mooring
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast_writer.water import mooring
+from meltemi.exchange.report import Notes
 from meltemi.floating.balance import check_reach, lines_load
 from meltemi.floating.floater import FloaterPart
 from meltemi.floating.moorings import AtRest, MooringLine, MooringPoint, at_rest, shapes
@@ -358,7 +359,7 @@ def test_points_are_written_for_moordyn_and_read_again(tmp_path: Path) -> None:
     assert turbine.platform is not None
     platform = turbine.platform.replace(**bridled(mass=20e3, volume=2.5, drag_area=3.0, added_mass=1.0))
     (tmp_path / "MoorDyn.dat").write_text(mooring("title", platform))
-    back = read_mooring(read_input(tmp_path / "MoorDyn.dat", "mooring"), platform.depth, [])
+    back = read_mooring(read_input(tmp_path / "MoorDyn.dat", "mooring"), platform.depth, Notes())
     made = Platform.model_validate(platform.model_dump() | back)
     one, other = (at_rest(each.lines, each.points, each.depth, DENSITY) for each in (platform, made))
     assert other.force == pytest.approx(one.force, rel=1e-6)

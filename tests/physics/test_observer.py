@@ -14,7 +14,7 @@ import meltemi
 from meltemi.control_laws.kalman import kalman_step
 from meltemi.core.errors import InputError
 from meltemi.postprocess.files.signals import read_signals
-from meltemi.simulation.channels import Contents, catalogue
+from meltemi.simulation.channels import ChannelSet, catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.studies.kalman_design import discrete, stationary
@@ -197,7 +197,7 @@ def test_rigid_blades_shift_the_wind_where_torsion_is_large(large: Model) -> Non
         signals["pitch_1"] = point.pitch
         time = 0.04 * np.arange(1500)
         data = np.tile(list(signals.values()), (len(time), 1))
-        known = catalogue(Contents(3))
+        known = catalogue(ChannelSet(3))
         return wind_of(narrow(model, first, speed, 2.0), Result(time, data, tuple(known[n] for n in signals), meta={}))
 
     # at 16 m/s the blades twist towards feather and the pitch is lower for the same power; at 9 m/s both compensate
@@ -287,12 +287,12 @@ def test_every_option_changes_the_observer(model: Model) -> None:
     for settings in ({"spacing": 0.0}, {"spacing": 9.0}):
         with pytest.raises(InputError, match="spacing"):
             observer(model, **settings)
-    for make in (
-        lambda: SensorNoise(speed=0.0),
-        lambda: ExpectedTurbulence(1.5),
-        lambda: ExpectedTurbulence(edition=1),
+    for make, name in (
+        (lambda: SensorNoise(speed=0.0), "speed"),
+        (lambda: ExpectedTurbulence(reference_intensity=1.5), "reference_intensity"),
+        (lambda: ExpectedTurbulence.model_validate({"edition": 1}), "edition"),
     ):
-        with pytest.raises(InputError, match="observer: "):
+        with pytest.raises(InputError, match=f"(SensorNoise|ExpectedTurbulence): {name}"):
             make()
 
 

@@ -66,7 +66,7 @@ def test_a_pushed_platform_moves_as_the_linear_model_under_the_law(model: Any, g
 
 @pytest.mark.long
 def test_the_gain_is_the_slope_of_the_steady_pitch(model: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(platform_feedback, "CHECKED", 2)
+    monkeypatch.setattr(platform_feedback, "MARGIN_POINTS", 2)
     monkeypatch.setattr(platform_feedback, "rated_wind", lambda model: 11.0)
     text = (Path(__file__).parents[2] / "docs/guide/floating.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)

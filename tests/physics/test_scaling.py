@@ -15,7 +15,7 @@ import meltemi
 from meltemi import Environment, InputError, Turbine
 from meltemi.core.record import Record
 from meltemi.core.units import rpm
-from meltemi.reports.portrait import masses
+from meltemi.reports.turbine_overview import masses
 from meltemi.structure.members import blade_member, cells
 from meltemi.studies.scaling.factors import design_ratio
 from meltemi.studies.scaling.library import BOTH, NUMBERS, scaled_turbine

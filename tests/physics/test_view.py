@@ -27,9 +27,9 @@ from meltemi.compiler import View
 from meltemi.core.errors import InputError
 from meltemi.maths.vectors import Vec
 from meltemi.postprocess.files import read_netcdf, write_netcdf
+from meltemi.scene.motion import POSITION_ERROR, cuts
+from meltemi.scene.record import Scene, packed, track_arrays, unpacked
 from meltemi.simulation.case import Case
-from meltemi.simulation.scene.motion import POSITION_ERROR, cuts
-from meltemi.simulation.scene.record import Scene, packed, track_arrays, unpacked
 from meltemi.turbine.exchange import BladeFrame
 from meltemi.view import view, viewer
 from meltemi.view.mode_scenes import modes_scene

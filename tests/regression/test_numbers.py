@@ -117,7 +117,7 @@ def moved(what: str, found: dict[str, dict[str, float]], stored: dict[str, Any])
     """Names of the numbers that differ from those of the file."""
     expected = stored.get(what, {})
     names = [name for name in found if name not in expected] + [name for name in expected if name not in found]
-    for name in found.keys() & expected.keys():
+    for name in sorted(found.keys() & expected.keys()):
         floor = max(TOLERANCE * expected[name].get("scale", 1.0), ROUNDING)
         for key, value in expected[name].items():
             if key != "scale" and found[name][key] != pytest.approx(value, rel=TOLERANCE, abs=floor):
@@ -127,7 +127,8 @@ def moved(what: str, found: dict[str, dict[str, float]], stored: dict[str, Any])
 
 @pytest.mark.parametrize("what", MAKERS)
 def test_numbers_are_those_of_the_file(what: str) -> None:
-    assert moved(what, MAKERS[what](), json.loads(FILE.read_text(encoding="utf-8"))) == []
+    names = moved(what, MAKERS[what](), json.loads(FILE.read_text(encoding="utf-8")))
+    assert not names, "\n".join([f"{len(names)} results moved", *names])
 
 
 def test_the_file_is_of_this_version_of_the_physics() -> None:

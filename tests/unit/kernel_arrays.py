@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import numba
 from numpy.typing import NDArray
 
-from meltemi.compiler import Kind, Record, loose
+from meltemi.compiler import KernelRecord, Kind, loose
 from meltemi.compiler.kernels import FAST_MATH
 from meltemi.compiler.records import CONSTANT, NODES
 
@@ -36,7 +36,7 @@ def call(
     for i, (name, array) in enumerate(zip(names, arrays, strict=True)):
         marks = [array.ndim, *([NODES] if i in nodes else []), *([CONSTANT] if given[name] is None else [])]
         members[name] = Annotated[(NDArray[array.dtype.type], *marks)]
-    cls = type("Arrays", (Record,), {"__annotations__": members, "__module__": __name__})
+    cls = type("Arrays", (KernelRecord,), {"__annotations__": members, "__module__": __name__})
     made: dict[str, Any] = {"__name__": __name__, "function": compiled(function)}
     exec(f"def outer(m):\n    function({', '.join(f'm.{name}' for name in names)})", made)
     numba.njit(fastmath=FAST_MATH, error_model="numpy")(made["outer"])(

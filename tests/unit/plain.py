@@ -8,10 +8,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from meltemi.compiler import Record, View
+from meltemi.compiler import KernelRecord, View
 from meltemi.compiler.dispatch import Variants
 
-R = TypeVar("R", bound=Record)
+R = TypeVar("R", bound=KernelRecord)
 T = TypeVar("T")
 _PLAIN: dict[Any, Callable[..., Any]] = {}
 

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 from meltemi.core.errors import Status
 from meltemi.loads.loadbase.campaign import make_campaign
 from meltemi.loads.loadbase.interfaces import BLADE_STATIONS, TOWER_STATIONS, interfaces_of, recorded
-from meltemi.loads.loadbase.jobs import Row, jobs_of
+from meltemi.loads.loadbase.jobs import CaseRow, jobs_of
 from meltemi.loads.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loads.loadbase.reduction import reduced
-from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.store import ResultStore
 from meltemi.loads.loadbase.table import load_table
-from meltemi.simulation.channels import Contents, catalogue, find
+from meltemi.simulation.channels import ChannelSet, catalogue, find
 from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
 
@@ -77,7 +77,7 @@ def synthetic_base(
     turbine = load_turbine(of.campaign.turbine)
     interfaces = interfaces_of(turbine)
     names = recorded(turbine, interfaces)
-    known = catalogue(Contents(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS)))
+    known = catalogue(ChannelSet(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS)))
     channels = tuple(find(name, known) for name in names)
     cases, rows = {case.name: case for case in of.cases}, []
     for job in jobs_of(of):
@@ -96,6 +96,6 @@ def synthetic_base(
         kept = reduced(result, interfaces, rated_speed=1.267, cycles=job.cycles)
         own = kept if state.complete else None
         words = (warnings or {}).get(job.name, ())
-        rows.append(Row(job.name, job.key, state, message, words, case.duration, reduced=own))
-    Store(folder).write(rows)
+        rows.append(CaseRow(job.name, job.key, state, message, words, case.duration, reduced=own))
+    ResultStore(folder).write(rows)
     return of

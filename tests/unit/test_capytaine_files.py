@@ -13,7 +13,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import to_netcdf
 from meltemi.floating.coefficients import read_coefficients
 from meltemi.floating.members import Member, at_rest
-from meltemi.floating.potential import Coefficients, about_still_water
+from meltemi.floating.potential import HydroCoefficients, about_still_water
 from meltemi.hydro.hull import Hull
 from meltemi.hydro.panels import panels_of
 from meltemi.hydro.potential import coefficients_of, hydrostatics
@@ -26,7 +26,9 @@ ORDER = [4, 0, 2, 1, 5, 3]
 NAMES = np.array([f"spar__{name}" for name in ("Surge", "Sway", "Heave", "Roll", "Pitch", "Yaw")], dtype=object)
 
 
-def dataset(c: Coefficients, turns: tuple[float, float, float] = (0.0, 0.0, 0.0), own: float = 1.0) -> dict[str, Any]:
+def dataset(
+    c: HydroCoefficients, turns: tuple[float, float, float] = (0.0, 0.0, 0.0), own: float = 1.0
+) -> dict[str, Any]:
     """Variables of a dataset with the coefficients, as Capytaine 3.0 writes them, of motions about a point, of
     a body with an own mass over that of the water displaced."""
     square, S = np.ix_(ORDER, ORDER), np.eye(6)
@@ -68,7 +70,7 @@ def test_about_another_point_a_sphere_has_levers() -> None:
     V, (x, y, z), u = 30.0, (2.0, -3.0, -11.0), np.zeros(0)
     A = np.diag([0.5 * V] * 3 + [0.0] * 3)
     X = np.array([1.0 + 2.0j, 0.5, -0.3j, 0.0, 0.0, 0.0])
-    sphere = Coefficients(u, A[None], 0.1 * A[None], 2.0 * A, u, X[None, None], np.zeros((6, 6)))
+    sphere = HydroCoefficients(u, A[None], 0.1 * A[None], 2.0 * A, u, X[None, None], np.zeros((6, 6)))
     found = about_still_water(sphere, np.array([x, y, z]), V)
     A = found.added_mass[0]
     assert A[0, 4] == A[4, 0] == 0.5 * V * z and A[1, 3] == A[3, 1] == -0.5 * V * z
@@ -90,7 +92,7 @@ def test_about_another_point_a_column_has_the_stiffness_of_its_place() -> None:
     V, b, C = at_rest([Member(**ends, diameter=8.0)])
     C[3:5, 3:5] -= V * down[2] * np.eye(2)
     zero, u = np.zeros((1, 6, 6)), np.zeros(0)
-    own = Coefficients(u, zero, zero, zero[0], u, np.zeros((1, 1, 6), dtype=np.complex128), C)
+    own = HydroCoefficients(u, zero, zero, zero[0], u, np.zeros((1, 1, 6), dtype=np.complex128), C)
     there = at_rest([Member(**{name: end + place for name, end in ends.items()}, diameter=8.0)])[2]
     np.testing.assert_allclose(about_still_water(own, place + down, V).hydrostatic, there, atol=1e-9 * abs(V * b[2]))
 

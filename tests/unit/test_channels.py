@@ -10,15 +10,15 @@ import pytest
 
 from meltemi import InputError, Model, ModelOptions, Stations, build
 from meltemi.core.units import FIELD
-from meltemi.report.plots import EVERYBODY
+from meltemi.report.plots import MAIN_CHANNELS
 from meltemi.report.tables import POWER_CURVE
 from meltemi.simulation.bladed.rotor import SIGNALS
-from meltemi.simulation.channels import DEFAULT, Channel, Contents, catalogue, every_kind, find, standard
+from meltemi.simulation.channels import DEFAULT, Channel, ChannelSet, catalogue, every_kind, find, standard
 from meltemi.simulation.plan import choose, model_channels
 from meltemi.turbine.definition import Turbine
 
 EVERYTHING = catalogue(
-    Contents(
+    ChannelSet(
         3,
         20,
         2,
@@ -37,7 +37,7 @@ UNITS = {*"s Hz K Pa kg/m^3 rad rad/s rad/s^2 m m/s m/s^2 N N/m W -".split(), "N
 
 
 @pytest.mark.parametrize(
-    "channel", [pytest.param(c, id=c.name) for c in catalogue(Contents(1, 1, 1, 1, ("1st flap",), 1)).values()]
+    "channel", [pytest.param(c, id=c.name) for c in catalogue(ChannelSet(1, 1, 1, 1, ("1st flap",), 1)).values()]
 )
 def test_a_channel_describes_itself(channel: Channel) -> None:
     assert channel.name
@@ -52,7 +52,7 @@ def test_a_channel_describes_itself(channel: Channel) -> None:
     assert (unit == channel.unit) is (factor == 1.0)
 
 
-@pytest.mark.parametrize("channel", [pytest.param(c, id=c.name) for c in catalogue(Contents(1, 1, 1, 1)).values()])
+@pytest.mark.parametrize("channel", [pytest.param(c, id=c.name) for c in catalogue(ChannelSet(1, 1, 1, 1)).values()])
 def test_forces_moments_and_motions_have_axes_and_a_positive_direction(channel: Channel) -> None:
     directed = {"rad", "rad/s", "rad/s^2", "m", "m/s", "m/s^2", "N", "N m", "N/m", "N m/m"}
     scalars = {"skew_angle", "node_1_wind_speed_1"}
@@ -124,7 +124,7 @@ def test_further_names_are_those_of_the_same_quantity() -> None:
         if found := re.match(r"(?:ElastoDyn|ServoDyn|AeroDyn)\['(\w+)'\]\s*= \w+\s*# (.*)", line):
             said[found[1]] = found[2].strip()
     compared = 0
-    for channel in catalogue(Contents(1)).values():
+    for channel in catalogue(ChannelSet(1)).values():
         for name in channel.also:
             assert said[name] == said[channel.alias], name
             compared += 1
@@ -193,22 +193,22 @@ def test_angles_that_turn_are_wrapped() -> None:
 
 
 def test_what_everyone_wants_exists() -> None:
-    assert set(EVERYBODY) <= set(DEFAULT) <= set(standard())
+    assert set(MAIN_CHANNELS) <= set(DEFAULT) <= set(standard())
     assert set(POWER_CURVE) <= set(standard())
     assert len(DEFAULT) == len(set(DEFAULT))
 
 
 def test_two_blades_have_no_third() -> None:
-    two = catalogue(Contents(2, 5, 1, 1))
+    two = catalogue(ChannelSet(2, 5, 1, 1))
     assert not any(name.endswith("_3") and c.source[0] != "tower_station" for name, c in two.items())
     assert {c.index[0] for c in two.values() if c.source[0] == "root"} == {0, 1}
 
 
 def test_the_number_of_channels() -> None:
     machine, blade, node, station, tower = 71, 20, 12, 6, 6
-    assert len(catalogue(Contents(0))) == machine
+    assert len(catalogue(ChannelSet(0))) == machine
     assert len(standard()) == machine + 3 * blade
-    assert len(catalogue(Contents(2, 7, 3, 4))) == machine + 2 * (blade + 7 * node + 3 * station) + 4 * tower
+    assert len(catalogue(ChannelSet(2, 7, 3, 4))) == machine + 2 * (blade + 7 * node + 3 * station) + 4 * tower
 
 
 def test_every_coordinate_is_a_channel(model: Model) -> None:

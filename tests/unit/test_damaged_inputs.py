@@ -30,8 +30,8 @@ from meltemi.hydro.hull import Hull
 from meltemi.hydro.panels import hull_moments
 from meltemi.loads.loadbase import engine
 from meltemi.loads.loadbase.engine import OnThreads
-from meltemi.loads.loadbase.jobs import Row, jobs_of
-from meltemi.loads.loadbase.store import Store, table_of, write_file
+from meltemi.loads.loadbase.jobs import CaseRow, jobs_of
+from meltemi.loads.loadbase.store import ResultStore, table_of, write_file
 from meltemi.reports.workbook import openpyxl, save_workbook
 from meltemi.studies.climate.weather import read_weather
 
@@ -122,11 +122,11 @@ def test_a_unit_for_another_platform_is_told_and_leaves_no_folder(
 @pytest.mark.parametrize("kind", ["text", "number"])
 def test_warnings_of_a_case_that_are_no_list_are_told(kind: str, tmp_path: Path) -> None:
     pa = pytest.importorskip("pyarrow")
-    table = table_of([Row("a", "key", Status.OK)])
+    table = table_of([CaseRow("a", "key", Status.OK)])
     other = pa.array(["doubtful"] if kind == "text" else [1.0])
     write_file(table.set_column(table.column_names.index("warnings"), "warnings", other), tmp_path / "results")
     with pytest.raises(InputError, match=r"parquet: cannot be read \(warnings are .*, not a list of texts\)"):
-        Store(tmp_path).table({"key": ["a"]})
+        ResultStore(tmp_path).table({"key": ["a"]})
 
 
 def test_a_full_disk_keeps_the_cases_that_were_finished_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,7 +134,7 @@ def test_a_full_disk_keeps_the_cases_that_were_finished_before(tmp_path: Path, m
     pytest.importorskip("pyarrow")
     jobs = jobs_of(small_plan())[:5]
     assert len(jobs) == 5
-    store = Store(tmp_path)
+    store = ResultStore(tmp_path)
 
     class Shop:
         def run(self, job: Any) -> Any:
@@ -149,7 +149,7 @@ def test_a_full_disk_keeps_the_cases_that_were_finished_before(tmp_path: Path, m
         def run(self) -> None:
             for job in self.runs:
                 now[0] += 1000.0
-                self.done(SimpleNamespace(name=job.name, value=Row(job.name, job.key, Status.OK), status=Status.OK))
+                self.done(SimpleNamespace(name=job.name, value=CaseRow(job.name, job.key, Status.OK), status=Status.OK))
 
     now, written = [0.0], []
 
@@ -164,7 +164,7 @@ def test_a_full_disk_keeps_the_cases_that_were_finished_before(tmp_path: Path, m
     monkeypatch.setattr(os, "fsync", full)
     with pytest.raises(InputError, match=r"results/\w+\.parquet: cannot be written \(No space left on device\)"):
         OnThreads(workers=1)([jobs], lambda rows: store.write(rows) and None)
-    found = Store(tmp_path)
+    found = ResultStore(tmp_path)
     assert found.places.keys() == {job.key for job in jobs[:3]} and not found.unreadable
 
 

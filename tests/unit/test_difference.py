@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from meltemi import InputError, Result
-from meltemi.simulation.channels import Channel, Contents, catalogue
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue
 from meltemi.studies.difference import compare_results, most_different
 from meltemi.studies.difference_plots import PANELS, difference_rows, plot_differences, short_difference_rows
 
-KNOWN = catalogue(Contents(nodes=6))
+KNOWN = catalogue(ChannelSet(nodes=6))
 LABELS = ("a", "b")
 
 

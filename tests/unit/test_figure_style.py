@@ -34,7 +34,7 @@ from meltemi.plots import (
     plot_wind,
 )
 from meltemi.report.figure import STYLE, StyledAxes, grouped
-from meltemi.report.plots import EVERYBODY, apart, new_figure, panel
+from meltemi.report.plots import MAIN_CHANNELS, apart, new_figure, panel
 from meltemi.simulation.channels import standard
 from meltemi.wind import generate_field
 
@@ -45,8 +45,8 @@ TIME = np.linspace(0.0, 60.0, 601)
 
 
 def result(scale: float = 1.0) -> Result:
-    waves = np.stack([scale * 1e7 * (2.0 + np.sin((i + 1.0) * TIME)) for i in range(len(EVERYBODY))], axis=1)
-    return Result(TIME, waves, tuple(standard()[name] for name in EVERYBODY), meta={"turbine": "a", "wind": "b"})
+    waves = np.stack([scale * 1e7 * (2.0 + np.sin((i + 1.0) * TIME)) for i in range(len(MAIN_CHANNELS))], axis=1)
+    return Result(TIME, waves, tuple(standard()[name] for name in MAIN_CHANNELS), meta={"turbine": "a", "wind": "b"})
 
 
 def modes() -> Campbell:
@@ -120,7 +120,7 @@ FIGURES: dict[str, Callable[[], Any]] = {
     "several": lambda: plot([result(), result(0.8)], labels=["one", "two"]),
     "campbell": lambda: plot_campbell(modes()),
     "performance": lambda: plot_performance(performance()),
-    "spectra": lambda: plot_spectra({"a": result(), "b": result(2.0)}, EVERYBODY[4], rotor=0.2).figure,
+    "spectra": lambda: plot_spectra({"a": result(), "b": result(2.0)}, MAIN_CHANNELS[4], rotor=0.2).figure,
     "changes": changes,
     "steady wind": lambda: plot_wind(SteadyWind(speed=12.0, shear_exponent=0.2))["profile"],
     "series": lambda: plot_wind(gust())["series"],

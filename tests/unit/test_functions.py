@@ -13,8 +13,8 @@ import pytest
 from meltemi.compiler import (
     CompilationError,
     EntryPoint,
+    KernelRecord,
     Loaded,
-    Record,
     Single,
     Table,
     announced,
@@ -56,7 +56,7 @@ class Counter(Table, title="counter"):
     count: float = number("-", "of calls")
 
 
-class Counters(Record):
+class Counters(KernelRecord):
     """A record of it."""
 
     counter: Single[Counter]

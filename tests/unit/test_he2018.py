@@ -17,12 +17,19 @@ import meltemi
 from meltemi import InputError
 from meltemi.analysis import preview_of
 from meltemi.papers.claim import Claim, rows_of
-from meltemi.papers.he2018.claims import RULES, Finding
-from meltemi.papers.he2018.designs import LIDARS
+from meltemi.papers.he2018.claims import RULES, Finding, count_by_reading, counts_words, verdicts_table
 from meltemi.papers.he2018.measures import flap_slopes, probability, share_at, thin_airfoil
 from meltemi.papers.he2018.page import _facts
-from meltemi.papers.he2018.runs import FAST_MODEL, MODEL_PARTS, PAPER, QUICK, READINGS, LoadControlRuns, paper_turbine
-from meltemi.papers.he2018.verdicts import count_by_reading, counts_words, verdicts_table
+from meltemi.papers.he2018.runs import (
+    FAST_MODEL,
+    LIDARS,
+    MODEL_PARTS,
+    PAPER,
+    QUICK,
+    READINGS,
+    LoadControlRuns,
+    paper_turbine,
+)
 from meltemi.papers.verdict import HOLDS, by_reading, differs, judgement, judgement_in
 from meltemi.studies.preview import LidarErrors, measured
 from meltemi.studies.wind_likelihood import Minutes, estimate_wind

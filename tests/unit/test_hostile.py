@@ -20,10 +20,9 @@ from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import SEAL
 from meltemi.loads.durations import actuator_duty, count_stops, load_duration
 from meltemi.loads.extrapolation import fit_extremes
-from meltemi.loads.loadbase.changes import read_changes
 from meltemi.loads.loadbase.design import design_tables
 from meltemi.loads.loadbase.engine import base_status, base_table
-from meltemi.loads.loadbase.excel import write_excel
+from meltemi.loads.loadbase.excel import read_changes, write_excel
 from meltemi.loads.loadbase.settings import DesignSettings
 from meltemi.loads.loadbase.store import read_file, write_file
 from meltemi.loads.loadbase.table import load_table

@@ -16,10 +16,10 @@ from meltemi.exchange.hawc2.htc import Treatment, notes_on, read_htc
 from meltemi.exchange.hawc2.wind import read_wind
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.wind import read_inflow
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 from meltemi.wind.fields import WindBox
 
-Imported = tuple[dict[str, Any] | None, list[ImportNote]]
+Imported = tuple[dict[str, Any] | None, Notes]
 SHAPE = (8, 4, 3)
 """Planes, columns, rows."""
 
@@ -92,7 +92,7 @@ def of_hawc2(folder: Path, text: str) -> Imported:
     path = folder / "model.htc"
     path.write_text(text)
     root, treatment = read_htc(path), Treatment()
-    notes: list[ImportNote] = []
+    notes = Notes()
     wind = read_wind(root.find("wind"), path, 0.0, treatment, notes)
     return wind, [*notes_on(root, treatment), *notes]
 
@@ -100,7 +100,7 @@ def of_hawc2(folder: Path, text: str) -> Imported:
 def of_inflow(folder: Path, text: str) -> Imported:
     path = folder / "InflowWind.dat"
     path.write_text(text)
-    notes: list[ImportNote] = []
+    notes = Notes()
     return read_inflow(read_input(path, "InflowWind"), 90.0, notes), notes
 
 

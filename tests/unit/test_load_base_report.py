@@ -30,20 +30,20 @@ from meltemi.loads.loadbase.wording import event_words
 from meltemi.reports.blocks import (
     Axis,
     Beside,
-    Case,
+    CaseName,
+    CaseValue,
     Chart,
-    Choice,
     Curve,
     Document,
     Drawing,
-    Entry,
     Folded,
-    Part,
+    PartChoice,
     Section,
     Share,
     Stroke,
+    Subsection,
     Table,
-    Verdict,
+    VerdictBlock,
 )
 from meltemi.reports.html import html_of, rounded, stored
 from meltemi.reports.turbine_facts import number
@@ -163,9 +163,8 @@ def test_what_holds_for_all_cases_is_said_once(tmp_path: Path, monkeypatch: pyte
     synthetic_base(tmp_path / "all", of, warnings=dict.fromkeys(names, (tower,)))
     whole = verdict(design_loads(of, tmp_path / "all", DesignSettings(resamples=5)), None)
     assert whole.kind == "doubtful"
-    assert (
-        whole.heading == f"Complete: {len(names)} load cases simulated without warnings of their own, 1 for all of them"
-    )
+    heading = f"Complete: {len(names)} load cases simulated without warnings of single cases, 1 for all of them"
+    assert whole.heading == heading
 
 
 def test_a_warning_of_two_runs_is_theirs() -> None:
@@ -392,15 +391,15 @@ def test_every_kind_of_block_is_in_a_word_file_and_a_workbook(tmp_path: Path) ->
     library = pytest.importorskip("docx")
     line = Chart("Line", Axis("wind", "m/s"), Axis("load", "kN"), [Curve("a", [3, 5], [1, 2]), Curve("b", [5], [7])])
     rose = Chart("Rose", Axis("angle", "deg"), Axis("load", "kN", start=0.0), [Curve("a", [0, 90], [1, 2])], polar=True)
-    cases = [Entry(12345.678, Case("c1", text="DLC 1.3"), 1.25), Share(0.5), None, Case("c2")]
+    cases = [CaseValue(12345.678, CaseName("c1", text="DLC 1.3"), 1.25), Share(0.5), None, CaseName("c2")]
     table = Table(["name", "load\nkN", "share\n%", "x", "case"], [["one", *cases]], "Loads", note="a note")
     drawing = Drawing(
         "axes", [Stroke([(0, 0), (9, 9)], "axis", "x"), Stroke([(5, 5)], "into", "y")], caption="a sketch"
     )
-    choice = Choice("Interface", [Part("hub", [table]), Part("tower", [line])])
-    many = Choice("Plot of", [Part("one", [line]), Part("two", [replace(line, title="Other")])])
+    choice = PartChoice("Interface", [Subsection("hub", [table]), Subsection("tower", [line])])
+    many = PartChoice("Plot of", [Subsection("one", [line]), Subsection("two", [replace(line, title="Other")])])
     listed = Table(["case"], [["c1"]], paper="See plan.csv.")
-    lead = Verdict("bad", "Incomplete", ["a line"], Folded("1 failed", Table(["case"], [["c9"]])))
+    lead = VerdictBlock("bad", "Incomplete", ["a line"], Folded("1 failed", Table(["case"], [["c9"]])))
     document = Document(
         "T", [Section("One", ["words", Beside([line, rose, drawing]), choice, many, listed])], [("a", "b")], lead
     )

@@ -10,12 +10,12 @@ import numba
 import numpy as np
 import pytest
 
-from meltemi.compiler import Array1, Record, RecordType, by_record, hook, joined, kernel, members
+from meltemi.compiler import Array1, KernelRecord, RecordType, by_record, hook, joined, kernel, members
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="compares compiled types")
 
 
-class Machine(Record):
+class Machine(KernelRecord):
     x: Array1
 
 
@@ -23,7 +23,7 @@ class WithPart(Machine):
     y: Array1
 
 
-class Beside(Record):
+class Beside(KernelRecord):
     """A part that does not extend the machine."""
 
     x: Array1
@@ -83,11 +83,11 @@ def whole(m: Machine) -> None:
     given(act, m)
 
 
-def record(cls: type[Record], **arrays: list[float]) -> Any:
+def record(cls: type[KernelRecord], **arrays: list[float]) -> Any:
     return cls("floats", {name: np.array(values) for name, values in arrays.items()})
 
 
-def taken(function: Callable[..., Any]) -> set[type[Record]]:
+def taken(function: Callable[..., Any]) -> set[type[KernelRecord]]:
     """Classes of records for which a kernel was compiled when kernels called it."""
     signatures = function.get_call_template.__closure__  # type: ignore[attr-defined]
     linked = next(c.cell_contents.__self__ for c in signatures if hasattr(c.cell_contents, "__self__"))

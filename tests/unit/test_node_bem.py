@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from meltemi.aero import bem
 from meltemi.aero.bem import LOSS_FLOOR, PHI_HIGH, PHI_LOW, Induction, Onset, Strip, loss_factor
 from meltemi.aero.tables import AeroOptions, AeroParameters, PolarPoint
-from meltemi.compiler import Record, View
+from meltemi.compiler import KernelRecord, View
 
 Float = NDArray[np.float64]
 HUB = 0.0238
@@ -25,7 +25,7 @@ ITERATIONS = 30
 LIFT, DRAG = PolarPoint.slots("lift drag")
 
 
-class Foils(Record):
+class Foils(KernelRecord):
     """What the momentum balance takes of the record of the aerodynamics."""
 
     aero: AeroParameters

@@ -12,13 +12,13 @@ from plain import plain, record, table
 from meltemi.compiler import Rot, Sym, Vec
 from meltemi.structure.blades import collect_modal_blades, modal_node_load, modal_tip, node_motion
 from meltemi.structure.tables import (
+    ApexColumns,
     BladeBody,
     BladeLink,
     BladeNode,
     BladePartial,
     BladeSecond,
     BladeShape,
-    Columns,
     SectionLoads,
     Structure,
     StructureParameters,
@@ -65,7 +65,7 @@ def blade(q: Float = Q, v: Float = V) -> Any:
         Structure, q=np.concatenate([np.zeros(FIRST), q]), v=np.concatenate([np.zeros(FIRST), v]),
         a=np.zeros(FIRST + 2), shape=shape, second=second, blade_nodes=nodes, frame=frame, load=load,
         motion=table(BladeMotion, node), partial=table(BladePartial, mode), body=table(BladeBody, {"blade": 1}),
-        link=table(BladeLink, {"blade": 1, "mode": 2}), columns=table(Columns, {"coordinate": FIRST}),
+        link=table(BladeLink, {"blade": 1, "mode": 2}), columns=table(ApexColumns, {"coordinate": FIRST}),
         structure=StructureParameters.of(gravity=G), modal=np.array([K, D])[:, None],
         arm_mass=np.zeros((1, 2, 2)), arm_force=np.zeros((1, 2)),
     )  # fmt: skip

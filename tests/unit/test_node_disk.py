@@ -14,7 +14,7 @@ from meltemi.aero.tables import AeroParameters, RotorFlow
 from meltemi.environment.rain import RainParameters
 from meltemi.simulation.disk import system
 from meltemi.simulation.disk.system import Disk, DiskFlow, DiskSystem
-from meltemi.structure.tables import Columns, MachineLoad, StructureParameters
+from meltemi.structure.tables import ApexColumns, MachineLoad, StructureParameters
 from meltemi.turbine import TableCoefficient
 from meltemi.turbine.exchange import Drive, PitchMotion
 from meltemi.wind.fields import SteadyWind, Wind, WindSeries, wind_field
@@ -35,7 +35,7 @@ def turbine(wind: Wind, **changes: Any) -> Any:
     field = wind_field(wind, HUB, 2.0 * R)
     members = {
         "q": np.array([YAW, 0.4, TWIST]), "v": np.array([0.0, SPEED - TWIST_RATE, TWIST_RATE]), "a": np.ones(3),
-        "locked": np.zeros(3), "columns": table(Columns, {"coordinate": 3}), "points": np.zeros((2, 1)),
+        "locked": np.zeros(3), "columns": table(ApexColumns, {"coordinate": 3}), "points": np.zeros((2, 1)),
         "structure": StructureParameters.of(
             tower_length=HUB, gear_ratio=90.0, generator_inertia=400.0, shaft_stiffness=9e7, shaft_damping=5e6
         ),

@@ -14,11 +14,11 @@ from scipy.spatial.transform import Rotation
 import meltemi
 from meltemi.compiler import Sym, Vec, View
 from meltemi.floating import floater, lumped, mooring
-from meltemi.floating.base import Floater, FloaterSystem, PlatformState, RadiationState, Strip
+from meltemi.floating.base import DragStrip, Floater, FloaterSystem, PlatformState, RadiationState
 from meltemi.floating.floater import floater_forces
 from meltemi.floating.lumped import Elimination, LinePoint, LineState, LumpedSystem
 from meltemi.floating.mooring import NONE, FreePoint, Line, LineEnd, LineLoad, LineOrder, PointState
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.floating.waves import HEADINGS, displaced_forces
 from meltemi.sea.airy import wave_number
 from meltemi.simulation.step import DIVERGED, OK, begin_parts_step, check_parts, outer_section_loads, part_rates
@@ -31,8 +31,8 @@ from meltemi.structure.moving_base import (
     base_motion,
 )
 from meltemi.structure.tables import (
+    ApexColumns,
     ApexLoad,
-    Columns,
     MachineLoad,
     StructureParameters,
     TopShape,
@@ -73,7 +73,7 @@ def floating(q: Float = ATTITUDE, v: Float = RATE, **changes: Any) -> Any:
         "platform_columns": np.zeros((6, 6)), "base_six": np.zeros((7, 6)), "float_matrices": np.zeros((30, 6)),
         "float_waves": np.zeros((8, 7)), "float_flow": np.zeros((8, 0)), "float_lines": np.zeros((0, 3)),
         "float_forces": np.zeros((HEADINGS, 0, 12)), "radiation": table(RadiationState, {"mode": 0}),
-        "d_radiation": table(RadiationState, {"mode": 0}), "strip": table(Strip, {"strip": 0}),
+        "d_radiation": table(RadiationState, {"mode": 0}), "strip": table(DragStrip, {"strip": 0}),
         "line_order": table(LineOrder, {"line": 0}), "line": table(Line, {"line": 0}),
         "line_end": table(LineEnd, {"line": 0}), "line_load": table(LineLoad, {"line": 0}),
         "point": table(FreePoint, {"point": 0}), "point_state": table(PointState, {"point": 0}),
@@ -125,7 +125,7 @@ def test_motion_of_the_tower_top_is_that_of_bent_tower_and_base() -> None:
         m.top_shape.displacement[0], m.top_shape.rotation[0] = Vec(1.0, 0.3, 0.0), Vec(-0.01, 0.03, 0.0)
         m.top_second = np.zeros((3, 7, 7))
         m.top_second[:, 0, 0] = 0.002, 0.0, -0.04
-        m.columns = table(Columns, {"coordinate": 7})
+        m.columns = table(ApexColumns, {"coordinate": 7})
         plain(tower_top)(m)
         return m
 
@@ -269,7 +269,7 @@ def test_drag_of_members_is_that_of_the_velocity_across_and_along() -> None:
     """Relative to the water, with the motion of the piece (W-20)."""
     m = floating()
     m.strip = table(
-        Strip, {"strip": 2}, place=[[3.0, 0.0], [0.0, -4.0], [-5.0, -9.0]], axis=[[0, 0.6], [0, 0.0], [1, 0.8]]
+        DragStrip, {"strip": 2}, place=[[3.0, 0.0], [0.0, -4.0], [-5.0, -9.0]], axis=[[0, 0.6], [0, 0.0], [1, 0.8]]
     )
     m.strip.array[6:] = [[50.0, 80.0], [20.0, 30.0]]
     flow = np.array([0.5, -0.2, 0.1, 0.7, 0.3, -0.4])
@@ -368,7 +368,7 @@ def test_displaced_waves_push_a_turned_platform_along_themselves(heading: float)
     X[:, :, 5] = 3.0 * np.sin(np.radians(degrees))
     X *= 1j * (1.0 + frequency[:, None, None])
     none = np.zeros((2, 6, 6))
-    c = Coefficients(frequency, none, none, none[0], degrees, X, none[0])
+    c = HydroCoefficients(frequency, none, none, none[0], degrees, X, none[0])
     platform = meltemi.load_turbine("iea15mw-volturnus").platform
     assert platform is not None
     lines, force = displaced_forces(SEA, c, platform, 60.0, (0.0, 0.0), G)

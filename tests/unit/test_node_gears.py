@@ -14,7 +14,7 @@ from meltemi.structure import gears
 from meltemi.structure.nacelle import yaw_bearing
 from meltemi.structure.shaft import drivetrain
 from meltemi.structure.tables import (
-    Columns,
+    ApexColumns,
     GearLoads,
     GearModes,
     GearRows,
@@ -48,7 +48,7 @@ def machine(coupling: Float = P, **changes: Any) -> Any:
         "gear_modes": table(GearModes, {"mode": 2}, frequency=W, damping=Z, inertia=INERTIA, coupling=coupling),
         "gears": table(Gears, {"mode": 2}, angle=ANGLE, rate=RATE),
         "machine": Machine.of(shaft=Vec(*SHAFT), nacelle_spin=Vec(*SPIN), nacelle_spin_rate=Vec(*SPIN_RATE)),
-        "columns": table(Columns, {"coordinate": 5}, angular=np.pad(ANGULAR.T, ((0, 0), (0, 2)))),
+        "columns": table(ApexColumns, {"coordinate": 5}, angular=np.pad(ANGULAR.T, ((0, 0), (0, 2)))),
         "core_mass": np.zeros((5, 5)), "core_force": np.zeros(5),
     }  # fmt: skip
     return record(Structure, **(members | changes))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.polars import coefficient, locate
 from meltemi.aero.tables import PolarPoint
-from meltemi.compiler import Record, kernel
+from meltemi.compiler import KernelRecord, kernel
 
 Float = NDArray[np.float64]
 steady = settings(derandomize=True, deadline=None, max_examples=200)
@@ -23,7 +23,7 @@ POLARS = np.random.default_rng(3).standard_normal((2, ROWS, 6))
 POLARS[:, -1] = POLARS[:, 0]  # a turn brings the section back
 
 
-class Foils(Record):
+class Foils(KernelRecord):
     """What the look-up takes of the record of the aerodynamics."""
 
     polars: PolarPoint

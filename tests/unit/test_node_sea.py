@@ -26,9 +26,9 @@ from meltemi.simulation.step import (
 )
 from meltemi.simulation.system import Outputs
 from meltemi.structure.tables import (
+    ApexColumns,
     BladeBody,
     BladePartial,
-    Columns,
     MachineLoad,
     StructureParameters,
     TowerStationLoad,
@@ -338,7 +338,7 @@ def rider(axes: str = "xy", **changes: Any) -> BladeDamperSystem:
     motion.orientation[0, 0], motion.position[0, 0] = Rot(1.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0), Vec(1, 2, 40)
     frame = table(BladeFrame, {"blade": 1})
     frame.orientation[0] = Rot(0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0)
-    columns = table(Columns, {"coordinate": 2})
+    columns = table(ApexColumns, {"coordinate": 2})
     columns.linear[0], columns.angular[0] = Vec(0.5, 1.0, 0.3), Vec(0.01, -0.02, 0.03)
     columns.linear[1], columns.angular[1] = Vec(0.0, 0.4, -0.3), Vec(0.2, 0.0, 0.1)
     partial = table(BladePartial, {"mode": 1, "blade": 1, "node": 1})

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 
 from meltemi.aero import polars as look_up
 from meltemi.aero import variants
-from meltemi.aero.polars import Coefficients, ramp, wrap
+from meltemi.aero.polars import SectionCoefficients, ramp, wrap
 from meltemi.aero.rotor import section_coefficients
 from meltemi.aero.stall import hansen
 from meltemi.aero.stall import section as flow_past
@@ -44,7 +44,7 @@ from meltemi.aero.tables import (
     SectionConstants,
     StallState,
 )
-from meltemi.compiler import Array3, Record, View
+from meltemi.compiler import Array3, KernelRecord, View
 from meltemi.core.variants import number
 
 STATIC, HANSEN = (number(variants.StallModel, name) for name in ("static", "hansen"))
@@ -70,7 +70,7 @@ def aero() -> Float:
     return array
 
 
-class Foil(Record):
+class Foil(KernelRecord):
     """What the kernels of a section take of the record of the aerodynamics."""
 
     aero: AeroParameters
@@ -127,11 +127,11 @@ def stall_derivative(
 
 def stall_coefficients(
     aero: Float, polars: Float, section: Float, g: int, y: Stall, alpha: float, rotation: Rotation
-) -> Coefficients:
+) -> SectionCoefficients:
     return hansen.stall_coefficients(y, flow_at(g, alpha, rotation=rotation), foil(aero, polars, section))
 
 
-def static_coefficients(polars: Float, g: int, alpha: float) -> Coefficients:
+def static_coefficients(polars: Float, g: int, alpha: float) -> SectionCoefficients:
     m = foil(AeroParameters.zeros(), polars, np.zeros((len(polars), len(SectionConstants))))
     return look_up.static_coefficients(float(alpha), g, m)
 
@@ -637,7 +637,7 @@ def node(model: int, alpha: float, speed: float = 60.0, turn: float = 0.0) -> di
     return {"options": options, "nodes": nodes, "flow": flow, "memory": memory, "stall": stall}
 
 
-class Node(Record):
+class Node(KernelRecord):
     """What a node's coefficients take of the record of the aerodynamics."""
 
     aero: AeroParameters
@@ -653,7 +653,7 @@ class Node(Record):
     stall: StallState
 
 
-def evaluated(aero: Float, airfoil: tuple[Float, Float], at: dict[str, Float], dt: float = 0.0) -> Coefficients:
+def evaluated(aero: Float, airfoil: tuple[Float, Float], at: dict[str, Float], dt: float = 0.0) -> SectionCoefficients:
     no_flaps = {"flap_nodes": (0, 1, 1), "increments": (0, 1, 3), "flap": (4, 0, 1)}
     m = Node(
         "floats",
@@ -668,7 +668,7 @@ def evaluated(aero: Float, airfoil: tuple[Float, Float], at: dict[str, Float], d
         },
     )
     section_coefficients(dt, m, 0, 0)
-    return Coefficients(*(float(at["flow"][BladeFlow.index(name), 0, 0]) for name in ("lift", "drag", "moment")))
+    return SectionCoefficients(*(float(at["flow"][BladeFlow.index(name), 0, 0]) for name in ("lift", "drag", "moment")))
 
 
 @pytest.mark.slow

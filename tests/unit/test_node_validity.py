@@ -17,7 +17,7 @@ from meltemi.simulation import watch as watch_kernels
 from meltemi.simulation.system import System
 from meltemi.simulation.tables import Watch
 from meltemi.simulation.validity import BENDING, CRITERIA, DEFLECTION, EDGE, PITCH, POWER, REVERSED, SPEED, TIP, TOWER
-from meltemi.structure.tables import BladeNode, Columns, StructureParameters
+from meltemi.structure.tables import ApexColumns, BladeNode, StructureParameters
 from meltemi.turbine.exchange import BladeFrame, BladeMotion, Drive, Machine, PitchMotion
 
 Float = NDArray[np.float64]
@@ -38,7 +38,7 @@ def at(criterion: int, value: float, other: float = 0.0) -> Float:
 def turbine(v: Float = V, **changes: Any) -> Any:
     two = {"blade": 2, "node": 2}
     members = {
-        "v": v, "columns": table(Columns, {"coordinate": 5}), "structure": StructureParameters.of(gear_ratio=50.0),
+        "v": v, "columns": table(ApexColumns, {"coordinate": 5}), "structure": StructureParameters.of(gear_ratio=50.0),
         "drive": Drive.of(generator_torque=2e3), "aero": AeroParameters.of(air_density=1.2),
         "rotor": RotorFlow.of(wind=Vec(8.0, -3.0, 2.0), torque=1e6),
         "pitch": table(PitchMotion, {"blade": 2}, angle=(0.3, -0.7)),

@@ -12,13 +12,13 @@ from meltemi import InputError
 from meltemi.exchange.deck_case import deck_case
 from meltemi.exchange.openfast.outlist import requested
 from meltemi.exchange.openfast.text import InputFile
-from meltemi.simulation.channels import Contents, catalogue, channels_of_group, find, standard
+from meltemi.simulation.channels import ChannelSet, catalogue, channels_of_group, find, standard
 from meltemi.simulation.openfast_only import openfast_only, why_missing
 from meltemi.simulation.recordable import recordable
 
 GROUPS = ("disk", "sea", "platform")
 EVERY = catalogue(
-    Contents(
+    ChannelSet(
         nodes=100,
         blade_stations=9,
         tower_stations=9,

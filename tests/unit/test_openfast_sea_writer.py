@@ -16,6 +16,7 @@ from meltemi.exchange.openfast.members import read_members, with_ballast
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast_writer.writer import ExportedDeck
+from meltemi.exchange.report import Notes
 from meltemi.floating.coefficients import read_coefficients
 from meltemi.io import write_openfast
 from meltemi.sea.conditions import Sea, StillWater
@@ -282,7 +283,7 @@ FillNumM FillMList FillFSLoc FillDens
 
 def hydrodyn(folder: Path, text: str = HYDRODYN) -> tuple[Any, Values]:
     (folder / "hydro.dat").write_text(text)
-    values = Values([])
+    values = Values(Notes())
     return values.read(read_input(folder / "hydro.dat", "HydroDyn")), values
 
 

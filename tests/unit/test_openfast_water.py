@@ -16,7 +16,7 @@ from meltemi.exchange.openfast.mooring import read_mooring
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast.water import DeckWater
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 from meltemi.floating.moorings import MooringLine
 from meltemi.sea.kinds import sea_of
 
@@ -105,7 +105,7 @@ DEFAULT CurrSSDir
 def lines_of(folder: Path, text: str) -> list[MooringLine]:
     path = folder / "mooring.dat"
     path.write_text(text)
-    lines = read_mooring(read_input(path, "mooring"), 320.0, [], of_map="repeat" in text)["lines"]
+    lines = read_mooring(read_input(path, "mooring"), 320.0, Notes(), of_map="repeat" in text)["lines"]
     return [validated(line, MooringLine, "line") for line in lines]
 
 
@@ -116,10 +116,10 @@ def water_of(folder: Path, text: str, *, old: bool) -> DeckWater:
     main = f"title\n{int(not old)} CompSeaSt\n1 CompHydro\n'sea.dat' SeaStFile\n'hydro.dat' HydroFile\n0.4 MSL2SWL\n"
     (folder / "main.fst").write_text(main)
     file = read_input(folder / "main.fst", "main")
-    values = Values([])
+    values = Values(Notes())
     values.data = {"comp_hydro": 1, "comp_sea": int(not old), "level": 0.4}
     values.data |= {"hydro_file": "hydro.dat", "sea_file": "sea.dat"}
-    return DeckWater(file, values, [])
+    return DeckWater(file, values, Notes())
 
 
 def test_one_line_in_three_formats(tmp_path: Path) -> None:
@@ -159,8 +159,8 @@ def test_other_lines_are_refused(tmp_path: Path, old: str, new: str, kind: type[
         lines_of(tmp_path, MOORDYN_2.replace(old, new))
 
 
-def read(folder: Path, text: str) -> tuple[Any, list[ImportNote]]:
-    path, notes = folder / "mooring.dat", list[ImportNote]()
+def read(folder: Path, text: str) -> tuple[Any, Notes]:
+    path, notes = folder / "mooring.dat", Notes()
     path.write_text(text)
     return read_mooring(read_input(path, "mooring"), 320.0, notes), notes
 
@@ -265,7 +265,7 @@ def test_a_bridle_in_three_formats(tmp_path: Path, kind: str) -> None:
     at = text.index("---", text.index("Vessel"))
     path = tmp_path / "mooring.dat"
     path.write_text((text[:at] + points + text[at:]).replace(line, lines))
-    found = read_mooring(read_input(path, "mooring"), 320.0, [], of_map=kind == "MAP++")
+    found = read_mooring(read_input(path, "mooring"), 320.0, Notes(), of_map=kind == "MAP++")
     first, second, third = found["lines"][:3]
     assert (first["anchor"], second["anchor"], third["fairlead"]) == ("point4",) * 3
     assert first["fairlead"][2] == second["fairlead"][2] == -70.0 and third["anchor"][2] == -320.0
@@ -280,7 +280,7 @@ def test_a_bridle_in_three_formats(tmp_path: Path, kind: str) -> None:
     path.write_text(path.read_text().replace("500 0.1 0 0 0", "500 0.1 0 0 9"))
     if kind != "MoorDyn 2":
         with pytest.raises(UnsupportedError, match="point 4 has forces"):
-            read_mooring(read_input(path, "mooring"), 320.0, [], of_map=kind == "MAP++")
+            read_mooring(read_input(path, "mooring"), 320.0, Notes(), of_map=kind == "MAP++")
 
 
 @pytest.mark.parametrize("old", [False, True], ids=["SeaState", "HydroDyn before 4"])

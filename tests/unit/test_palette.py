@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from meltemi.papers.wang2021.beyond_figure import heat_map
+from meltemi.papers.wang2021.beyond import heat_map
 from meltemi.report.palette import COLOURS, INK, ON_DARK, curve
 from meltemi.report.plots import new_figure
 

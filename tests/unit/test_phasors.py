@@ -10,7 +10,7 @@ import numba
 import numpy as np
 import pytest
 
-from meltemi.compiler import Kind, Record, Table, dq, number
+from meltemi.compiler import KernelRecord, Kind, Table, dq, number
 from meltemi.compiler import record_types as compiled  # noqa: F401 - by it kernels know what a record is
 from meltemi.maths.phasors import Phasor, imaginary_product, magnitude, polar, real_product
 
@@ -32,7 +32,7 @@ class Line(Table):
     voltage: Phasor = dq("V", "across the line")
 
 
-class Network(Record):
+class Network(KernelRecord):
     """One line."""
 
     line: Line

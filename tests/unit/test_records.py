@@ -13,10 +13,10 @@ from meltemi.compiler import (
     Array1,
     Array2,
     Constant,
+    KernelRecord,
     Kind,
     Nodes,
     Numbers,
-    Record,
     Rot,
     Single,
     Symmetrics,
@@ -75,7 +75,7 @@ class Choice(Table, integer=True):
     law: int = number("-", "which")
 
 
-class Rotor(Record):
+class Rotor(KernelRecord):
     """What the kernels of this test take."""
 
     q: Array1

@@ -20,7 +20,7 @@ from meltemi.analyses.performance import RotorPerformance
 from meltemi.analysis import OperatingPoint
 from meltemi.plots import plot_performance, plot_power_curve
 from meltemi.report.palette import COLOURS
-from meltemi.report.plots import EVERYBODY, new_figure, plot_channel, save
+from meltemi.report.plots import MAIN_CHANNELS, new_figure, plot_channel, save
 from meltemi.report.tables import POWER_CURVE, markdown_table, power_curve_rows, rich_table
 from meltemi.simulation.channels import every_kind
 
@@ -91,9 +91,9 @@ def test_of_many_channels_the_main_ones_are_plotted_by_default() -> None:
     """Those at sea among them; three blades share a panel."""
     at_sea = ("wave_elevation", "platform_surge", "platform_pitch", "line_1_fairlead_tension")
     many = ("azimuth", "wind_y", "wind_z", "nacelle_yaw", "rotor_torque", "platform_sway", "platform_yaw")
-    titles = [name.replace("_", " ") for name in (*EVERYBODY, *at_sea)]
-    assert list(panels(plot(result(*many, *at_sea, *EVERYBODY[::-1])))) == titles
-    assert list(panels(plot(result(*many, *EVERYBODY)))) == titles[: len(EVERYBODY)]
+    titles = [name.replace("_", " ") for name in (*MAIN_CHANNELS, *at_sea)]
+    assert list(panels(plot(result(*many, *at_sea, *MAIN_CHANNELS[::-1])))) == titles
+    assert list(panels(plot(result(*many, *MAIN_CHANNELS)))) == titles[: len(MAIN_CHANNELS)]
 
 
 def test_no_recorded_channel_is_dropped() -> None:
@@ -211,7 +211,7 @@ def test_performance_is_plotted() -> None:
         np.testing.assert_array_equal(ax.lines[1].get_ydata(), values[:, 1])
 
 
-@pytest.mark.parametrize("draw", [lambda: plot(result(*EVERYBODY)), lambda: plot_performance(performance())])
+@pytest.mark.parametrize("draw", [lambda: plot(result(*MAIN_CHANNELS)), lambda: plot_performance(performance())])
 def test_a_picture_is_saved(tmp_path: Path, draw: Callable[[], Any]) -> None:
     path = save(draw(), tmp_path / "a.png")
     picture = matplotlib.image.imread(path)

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 import meltemi
 from comparisons import thinned
 from meltemi import InputError, Result
-from meltemi.postprocess.files.openfast import UNITS, Columns, result_of, si_unit
+from meltemi.postprocess.files.openfast import UNITS, OutputColumns, result_of, si_unit
 from meltemi.postprocess.files.outb import packed
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, every_kind, find, standard
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group, every_kind, find, standard
 
 TIME = np.arange(0.0, 20.01, 0.05)
 NAMES = ("RotSpeed", "PtchPMzc1", "-RootMyc1", "mTwrBsMyt", "RtFldFxh", "B1N3Alpha", "Spn1MLyb1", "QD_TFA1", "Odd")
@@ -101,7 +101,7 @@ def test_channels_that_openfast_could_not_compute_are_left_out_and_named(tmp_pat
 
 def test_two_names_of_one_channel_and_a_unit_that_does_not_fit() -> None:
     names = ("TipDxc1", "OoPDefl1", "RotSpeed", "GenTq", "GenTq")
-    table = Columns(names, ("m", "m", "furlong", "kN-m", "kN-m"), TIME, DATA[:, :5])
+    table = OutputColumns(names, ("m", "m", "furlong", "kN-m", "kN-m"), TIME, DATA[:, :5])
     result = result_of(table, Path("a.out"))
     assert result.names == ["tip_out_of_plane_1", "OoPDefl1", "RotSpeed", "generator_torque", "GenTq"]
     np.testing.assert_array_equal(result["OoPDefl1"], DATA[:, 1])
@@ -110,7 +110,7 @@ def test_two_names_of_one_channel_and_a_unit_that_does_not_fit() -> None:
 
 @pytest.mark.parametrize("sign", ["-", "_", "m", "M"])
 def test_a_sign_before_the_name_is_undone(sign: str) -> None:
-    result = result_of(Columns((f"{sign}GenTq",), ("kN-m",), TIME, DATA[:, :1]), Path("a.out"))
+    result = result_of(OutputColumns((f"{sign}GenTq",), ("kN-m",), TIME, DATA[:, :1]), Path("a.out"))
     np.testing.assert_array_equal(result["generator_torque"], -1e3 * DATA[:, 0])
 
 
@@ -136,7 +136,7 @@ def test_units_of_openfast(text: str, si: tuple[str, float]) -> None:
 
 def test_units_lead_to_those_of_the_catalogue() -> None:
     known = {unit for unit, _ in UNITS.values()}
-    assert {c.unit for c in (every_kind() | catalogue(Contents(3, 1, 1, 1))).values()} <= known
+    assert {c.unit for c in (every_kind() | catalogue(ChannelSet(3, 1, 1, 1))).values()} <= known
 
 
 # our own files
@@ -145,7 +145,7 @@ def test_units_lead_to_those_of_the_catalogue() -> None:
 def everything(n_channels: int | None = None, floats: bool = False) -> Result:
     """All channels of a turbine with coordinates, on a pile or a platform, each with numbers of its own size."""
     every = catalogue(
-        Contents(
+        ChannelSet(
             3,
             20,
             2,
@@ -159,7 +159,7 @@ def everything(n_channels: int | None = None, floats: bool = False) -> Result:
             2,
         )
     )
-    every |= every_kind() | catalogue(Contents(gears=(1, 3)))
+    every |= every_kind() | catalogue(ChannelSet(gears=(1, 3)))
     groups = ("platform", "line"), ("sea", "pile_station")
     own, other = ({c.name for g in group for c in channels_of_group(g, 1)} for group in groups[:: 1 if floats else -1])
     channels = [c for c in every.values() if c.name not in {"time"} | (other - own)][:n_channels]

@@ -12,7 +12,7 @@ import pytest
 from kernel_arrays import compiled
 from test_duals import OPERATIONS
 
-from meltemi.compiler import Array1, Array2, Kind, Record, held, reverse
+from meltemi.compiler import Array1, Array2, KernelRecord, Kind, held, reverse
 from meltemi.compiler.records import NODES, Float
 from meltemi.core.errors import InputError
 from meltemi.gradients.reverse.compiled import Compiled
@@ -30,18 +30,18 @@ FLOATS_ONLY = ("if", "if mixed", "sinh", "cosh", "whole", "unequal", "nothing bu
 """Operations that lanes do not have, or that differ there."""
 
 
-class Numbers(Record):
+class Numbers(KernelRecord):
     x: Annotated[Float, 2, NODES]
     y: Annotated[Float, 2, NODES]
     z: Annotated[Float, 2, NODES]
 
 
-class Pair(Record):
+class Pair(KernelRecord):
     x: Array1
     z: Array2
 
 
-def differentiated(function: Any, record: Record, **weights: Any) -> Memory:
+def differentiated(function: Any, record: KernelRecord, **weights: Any) -> Memory:
     """Memory with adjoints, after ``function(n, record)`` and its adjoint for the weights of members."""
     kinds = [numba.types.int64, numba.typeof(record)]
     code = Compiled(function, kinds, Memory.numbers([record]), wanted=None)

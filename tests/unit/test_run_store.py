@@ -73,11 +73,11 @@ def test_runs_that_were_finished_before_ctrl_c_are_taken_over(
     shares: list[float] = []
     with run_store(tmp_path, "study") as book:
         found = cells(cases(), reduce=count(second), workers=1, progress=shares.append)
-        assert book.taken == 2
+        assert book.reused == 2
     assert first[:2] == ["8 m/s", "9 m/s"] and second == ["10 m/s"]
     assert found == cells(cases(), reduce=count([]), workers=1)
     assert shares[-1] == pytest.approx(1.0)
-    assert "taking over 2 finished runs" in capsys.readouterr().err
+    assert "reading 2 finished runs" in capsys.readouterr().err
     assert not (tmp_path / FOLDER).exists()  # the study has come to its end
 
 
@@ -113,7 +113,7 @@ def test_what_has_changed_is_computed_anew(tmp_path: Path, change: str) -> None:
     }
     with run_store(tmp_path, "another" if change == "inputs" else "study") as book:
         attempt("elsewhere" if change == "place" else "part", cells, other.get(change, cases()), workers=1)
-        assert book.taken == 0
+        assert book.reused == 0
 
 
 def test_a_guests_study_is_computed_anew_when_the_guest_has_changed(
@@ -127,7 +127,7 @@ def test_a_guests_study_is_computed_anew_when_the_guest_has_changed(
     def study() -> None:
         with run_store(tmp_path, "study", "guest_study") as book:
             cells(cases((8.0,)), workers=1)
-            taken.append(book.taken)
+            taken.append(book.reused)
             raise RuntimeError
 
     for content in ("", "", "change = 1"):
@@ -147,7 +147,7 @@ def test_a_file_that_is_not_whole_and_ours_is_not_unpacked(tmp_path: Path, damag
     ran: list[str] = []
     with run_store(tmp_path, "study") as book:
         cells(cases((8.0,)), reduce=count(ran), workers=1)
-        assert book.taken == 0 and ran == ["8 m/s"]
+        assert book.reused == 0 and ran == ["8 m/s"]
 
 
 def test_a_full_disk_ends_no_study_and_leaves_nothing_half_written(
@@ -194,9 +194,9 @@ def test_a_study_that_was_killed_goes_on(tmp_path: Path, number: signal.Signals)
     with run_store(tmp_path, "study") as book:
         cells(cases(), reduce=count(ran), workers=1)
         if number is signal.SIGKILL:
-            assert book.taken == 2 and ran == ["10 m/s"]
+            assert book.reused == 2 and ran == ["10 m/s"]
         else:  # the run that was in its last step came to its end
-            assert book.taken == 3 and not ran
+            assert book.reused == 3 and not ran
             assert "3 finished runs are kept" in said
 
 
@@ -230,8 +230,8 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         assert count_held([*fine, *lost]) == "1 of 2 claims of the paper hold (1 cannot be judged)."
         table = guarded_table("Table 2", lambda: claims_table([Claim("", "", start.pitch, judgement(True), "")]))
         assert table.rows == [["cannot be made: start at 25 m/s: no steady operation"]]
-        caption, file = guarded_figure("fig", "Figure 1", lambda: start.figure, tmp_path)
-        assert file is None and "cannot be drawn: start at 25 m/s" in caption
+        figure = guarded_figure("fig", "Figure 1", lambda: start.figure, tmp_path)
+        assert isinstance(figure, str) and "cannot be drawn: start at 25 m/s" in figure
         ((failed,),) = (chapter.content for chapter in failed_chapters().values())
         assert failed.rows[0] == ("powers: 9 m/s", "it cannot be")
     assert (tmp_path / FOLDER).is_dir()  # the next try computes only what failed
@@ -253,7 +253,7 @@ def test_doubtful_runs_count_are_listed_and_are_taken_over(tmp_path: Path) -> No
     end_early(tmp_path, lambda: cells([runaway], reduce=count(ran), workers=1))
     with run_store(tmp_path, "study") as book:
         (value,) = cells([runaway], reduce=count(ran), workers=1)
-        assert book.taken == 1 and ran == ["runaway"] and np.isfinite(value)
+        assert book.reused == 1 and ran == ["runaway"] and np.isfinite(value)
         assert "1.5 times its rated speed" in book.doubtful["runaway"] and not book.failed
         (table,) = failed_chapters()["doubtful"].content
         assert table.rows == [("runaway", book.doubtful["runaway"])]

@@ -31,12 +31,12 @@ from meltemi.loads.surrogate.model import (
 )
 from meltemi.loads.surrogate.report import fit_rows, suitability_rows, value_rows
 from meltemi.loads.surrogate.site import Sector, SiteTable, class_table, conditions_of, lifetime_loads, site_suitability
-from meltemi.loads.surrogate.space import Space, Variable, site_space, space_filling
+from meltemi.loads.surrogate.space import SiteVariable, Space, site_space, space_filling
 from meltemi.turbine.library import load_turbine, write_turbine
 
 RNG = np.random.default_rng(1)
 SPACE = site_space(hub_height=90.0, rotor_radius=63.0, cut_in=3.0, cut_out=25.0, rated_power=5e6)
-PLANE = Space((Variable("speed", (3.0,), (25.0,)), Variable("turbulence_intensity", (0.05,), (0.35,))))
+PLANE = Space((SiteVariable("speed", (3.0,), (25.0,)), SiteVariable("turbulence_intensity", (0.05,), (0.35,))))
 
 
 def model(fit: Fit, space: Space = PLANE, slope: float = 4.0, scatter: float = 0.0) -> LoadModel:
@@ -101,7 +101,7 @@ def test_sobol_indices_of_ishigamis_function() -> None:
     germ = space_filling(3, 512)
     x = math.pi * germ
     y = np.sin(x[:, 0]) + 7.0 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
-    cube = Space((PLANE.variables[0], *(Variable(name, (-1.0,), (1.0,)) for name in ("inclination", "yaw_error"))))
+    cube = Space((PLANE.variables[0], *(SiteVariable(name, (-1.0,), (1.0,)) for name in ("inclination", "yaw_error"))))
     first, total = model(polynomial_fit(germ, y, degree=10, norm=1.0), cube).shares()
     assert first == pytest.approx([0.3139, 0.4424, 0.0], abs=2e-3)  # Sobol' and Levitan (1999)
     assert total == pytest.approx([0.5576, 0.4424, 0.2437], abs=2e-3)

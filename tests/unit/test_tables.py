@@ -22,7 +22,7 @@ from meltemi.compiler import (
     symmetric,
     xyz,
 )
-from meltemi.compiler.tables import Row
+from meltemi.compiler.tables import TableRow
 from meltemi.core.errors import InputError
 
 
@@ -49,9 +49,9 @@ def test_rows_stand_in_the_order_of_the_fields_with_parts_expanded() -> None:
 
 def test_every_part_keeps_unit_and_meaning() -> None:
     fields = {f.name: f for f in Example.rows}
-    assert fields["chord"] == Row("chord", "m", "length of the section")
+    assert fields["chord"] == TableRow("chord", "m", "length of the section")
     for part in "xyz":
-        assert fields[f"force_{part}"] == Row(f"force_{part}", "N", "on the node")
+        assert fields[f"force_{part}"] == TableRow(f"force_{part}", "N", "on the node")
 
 
 def test_index_of_a_vector_or_matrix_is_its_first_row() -> None:
@@ -243,7 +243,7 @@ def test_fields_without_axes_are_numbers_vectors_and_rotations() -> None:
 
 def test_a_declared_table_knows_its_layout() -> None:
     assert (Motion.title, Motion.axes, len(Motion)) == ("motion", ("blade", "node"), 10)
-    assert Motion.index("inertia") == 4 and Motion.rows[1] == Row("force_x", "N", "on the node")
+    assert Motion.index("inertia") == 4 and Motion.rows[1] == TableRow("force_x", "N", "on the node")
     assert Demands.index("flap_1_3") == 5
 
 

@@ -287,7 +287,7 @@ AERO, STRUCTURE = "blade.aerodynamics", "blade.structure"
         # keys
         (put("towr", {}), "towr: unknown key; did you mean 'tower'"),
         (put("hub.mas", 1.0), "hub.mas: unknown key; did you mean 'mass'"),
-        (drop("hub.mass"), "hub.mass: missing ([kg; 2.5e3 to 1.2e5 at 100 m].)"),
+        (drop("hub.mass"), "hub.mass: missing ([kg; 2.5e3 to 1.2e5 at 100 m] mass.)"),
         (drop("drivetrain"), "drivetrain: missing"),
         (drop(f"{STRUCTURE}.mass"), f"{STRUCTURE}: mass missing (or give stiffness_matrix and mass_matrix)"),
         (put("pitch_actuator.kind", "first_order"), "pitch_actuator.kind: expected 'second_order' or 'ideal', found"),

@@ -12,10 +12,9 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Turbine
-from meltemi.reports.portrait import Portrait, masses, portrait, principal_stiffness
 from meltemi.reports.turbine_facts import mode_rows, turbine_facts
-from meltemi.reports.turbine_panels import _short
-from meltemi.reports.turbine_plots import plot_turbine, turbine_figures
+from meltemi.reports.turbine_overview import TurbineOverview, masses, principal_stiffness, turbine_overview
+from meltemi.reports.turbine_plots import _short, plot_turbine, turbine_figures
 from meltemi.structure.beam import transfer
 
 pytestmark = pytest.mark.slow
@@ -25,16 +24,16 @@ IMPOSSIBLE = {"n_blades": 1}
 
 
 @pytest.fixture(scope="module")
-def seen(turbine: Turbine) -> Portrait:
-    return portrait(turbine)
+def seen(turbine: Turbine) -> TurbineOverview:
+    return turbine_overview(turbine)
 
 
 @pytest.fixture(scope="module")
-def unmodelled(turbine: Turbine) -> Portrait:
-    return portrait(turbine.replace(**IMPOSSIBLE))
+def unmodelled(turbine: Turbine) -> TurbineOverview:
+    return turbine_overview(turbine.replace(**IMPOSSIBLE))
 
 
-def fact(found: Portrait, group: str, what: str) -> str:
+def fact(found: TurbineOverview, group: str, what: str) -> str:
     return dict(dict(turbine_facts(found))[group])[what]
 
 
@@ -52,7 +51,7 @@ def test_masses_are_those_of_the_report(turbine: Turbine) -> None:
 
 
 @pytest.mark.long
-def test_rated_operation_is_that_of_the_report(seen: Portrait) -> None:
+def test_rated_operation_is_that_of_the_report(seen: TurbineOverview) -> None:
     """12.1 rpm, 80 m/s at the tip, 5 MW from 11.4 m/s on; a largest power coefficient of 0.482 at 7.55 and 0 deg."""
     assert seen.problems == {}
     assert seen.rated is not None and seen.best is not None
@@ -66,7 +65,7 @@ def test_rated_operation_is_that_of_the_report(seen: Portrait) -> None:
 
 
 @pytest.mark.long
-def test_the_curve_is_finer_around_rated(seen: Portrait) -> None:
+def test_the_curve_is_finer_around_rated(seen: TurbineOverview) -> None:
     assert seen.curve is not None
     speeds = np.array([p.wind.speed for p in seen.curve])
     steps = np.diff(speeds)
@@ -75,7 +74,7 @@ def test_the_curve_is_finer_around_rated(seen: Portrait) -> None:
     assert {float(u) for u in range(3, 26)} <= set(speeds.tolist())
 
 
-def test_frequencies_are_those_of_their_modes(seen: Portrait) -> None:
+def test_frequencies_are_those_of_their_modes(seen: TurbineOverview) -> None:
     """The report has 0.312 Hz for side-to-side, 0.324 Hz for fore-aft and 0.62 Hz for the drivetrain (table 9-1)."""
     found = {what: float(value.split()[0]) for what, value in dict(turbine_facts(seen))["Frequency at rest"]}
     assert found["tower side-side"] == pytest.approx(0.312, abs=0.004)
@@ -108,7 +107,7 @@ def test_principal_stiffness_of_a_moved_and_turned_section(turbine: Turbine) -> 
         np.testing.assert_allclose(got[different], wanted[different], rtol=1e-9)
 
 
-def test_every_panel_has_units_and_something_in_it(seen: Portrait) -> None:
+def test_every_panel_has_units_and_something_in_it(seen: TurbineOverview) -> None:
     figure = plot_turbine(seen)
     labelled = [ax for ax in figure.axes if ax.axison]
     assert len(labelled) == 19
@@ -120,7 +119,7 @@ def test_every_panel_has_units_and_something_in_it(seen: Portrait) -> None:
         assert part.axes, name
 
 
-def test_panels_show_the_turbines_numbers(seen: Portrait, turbine: Turbine) -> None:
+def test_panels_show_the_turbines_numbers(seen: TurbineOverview, turbine: Turbine) -> None:
     figure = plot_turbine(seen)
     twist = axes_named(figure, "twist").lines[0]
     np.testing.assert_allclose(twist.get_ydata(), np.degrees(turbine.blade.aerodynamics.twist))
@@ -134,7 +133,7 @@ def test_panels_show_the_turbines_numbers(seen: Portrait, turbine: Turbine) -> N
     np.testing.assert_allclose(power, [p["generator_power"] / 1e6 for p in seen.curve])
 
 
-def test_two_prebent_blades_are_drawn(turbine: Turbine, seen: Portrait) -> None:
+def test_two_prebent_blades_are_drawn(turbine: Turbine, seen: TurbineOverview) -> None:
     s = turbine.blade.structure
     bent = (-3.0 * (s.position / s.position[-1]) ** 2).tolist()
     other = turbine.replace(**{"n_blades": 2, "blade.structure.axis_x": bent})
@@ -146,7 +145,7 @@ def test_two_prebent_blades_are_drawn(turbine: Turbine, seen: Portrait) -> None:
     assert blades[0] - blades[1] == 2  # one blade, seen from two sides
 
 
-def test_parts_that_cannot_be_had_say_why(unmodelled: Portrait) -> None:
+def test_parts_that_cannot_be_had_say_why(unmodelled: TurbineOverview) -> None:
     assert unmodelled.model is None and unmodelled.curve is None and unmodelled.blade is not None
     texts = [t.get_text().replace("\n", " ") for t in axes_named(plot_turbine(unmodelled), "electrical power").texts]
     assert any("2 and 3 are supported" in text for text in texts)
@@ -155,7 +154,7 @@ def test_parts_that_cannot_be_had_say_why(unmodelled: Portrait) -> None:
 
 def test_winds_without_operation_are_left_out(turbine: Turbine) -> None:
     """Far below cut-in the wind does not turn the rotor: the rest of the curve stands."""
-    found = portrait(turbine.replace(cut_in=0.5, cut_out=6.0))
+    found = turbine_overview(turbine.replace(cut_in=0.5, cut_out=6.0))
     assert found.curve is not None
     assert found.curve[0].wind.speed > 1.0 and found.curve[-1].wind.speed == 6.0
     assert "in winds of 1" in found.problems["some of the curve"]

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.typing import NDArray
 from typer.testing import CliRunner
 
 from meltemi import InputError, load_turbine
 from meltemi.app.cli import app
 from meltemi.control import YawProtection, yaw_threshold
+from meltemi.control.controller import LogEntry
 from meltemi.iec.gusts import ecd
 from meltemi.loads.energy import YEAR
 from meltemi.papers.claim import Claim, count_held
@@ -189,6 +193,22 @@ def test_a_statement_is_judged_in_every_reading() -> None:
     assert said.startswith(
         "0 of 3 claims of the paper hold, 2 in one reading of it and not in another. By reading: yaw-"
     )
+
+
+@dataclass
+class Derating:
+    """A result that derates at 20 s, with a power [W] that follows time."""
+
+    log: tuple[LogEntry, ...] = (LogEntry(20.0, "yaw protection", "normal -> derated", ""),)
+
+    def between(self, begin: float, end: float) -> dict[str, NDArray[np.float64]]:
+        return {"generator_power": 1e3 * np.arange(begin, 60.0)}
+
+
+def test_the_power_of_derating_begins_half_a_minute_after_it() -> None:
+    gust: Any = Gust({DERATE: Derating()})  # type: ignore[dict-item]
+    assert gust.derated_power().tolist() == [float(k) for k in range(50, 60)]
+    assert np.isnan(Gust({DERATE: Derating(())}).derated_power()).all()  # type: ignore[dict-item]
 
 
 def test_what_a_run_is_commanded_to_do_is_counted_apart() -> None:

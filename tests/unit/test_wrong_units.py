@@ -12,7 +12,7 @@ import meltemi
 from meltemi import Environment, InputError, SteadyWind
 from meltemi.cases.case import LoadCase
 from meltemi.core.record import Record
-from meltemi.core.usual import Range, unusual_numbers, usual_range
+from meltemi.core.usual import UsualRange, unusual_numbers, usual_range
 from meltemi.farm.settings import WakeSettings
 from meltemi.floating.members import Member
 from meltemi.loads.loadbase.campaign import Campaign
@@ -264,8 +264,8 @@ def test_a_direction_of_270_speaks_of_degrees(make: Callable[[float], Record]) -
 
 
 def test_ranges_stand_beside_units() -> None:
-    assert usual_range(Hub.model_fields["mass"].description) == Range("kg", 2.5e3, 1.2e5, 3)
-    assert usual_range("[N m s/rad; 1 to 2 at 100 m] of it.") == Range("N m s/rad", 1.0, 2.0, 4)
+    assert usual_range(Hub.model_fields["mass"].description) == UsualRange("kg", 2.5e3, 1.2e5, 3)
+    assert usual_range("[N m s/rad; 1 to 2 at 100 m] of it.") == UsualRange("N m s/rad", 1.0, 2.0, 4)
     assert usual_range("[kg] of it.") is None and usual_range(None) is None
     hub = meltemi.load_turbine("nrel5mw").hub.replace(mass=56.78e6)
     assert [*unusual_numbers(hub, "hub")] == []  # of what size of rotor?

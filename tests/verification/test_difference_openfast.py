@@ -10,7 +10,7 @@ import pytest
 import meltemi
 from comparisons import thinned
 from comparisons.turbulent import SHORT, short_wind
-from meltemi.postprocess.files.openfast import Columns, result_of
+from meltemi.postprocess.files.openfast import OutputColumns, result_of
 from meltemi.verification.steady import deck_model
 
 UNCERTAIN = {"rotor_power", "skew_angle", "tip_speed_ratio"}
@@ -22,7 +22,7 @@ def test_every_common_channel_is_the_same_quantity(tmp_path: Path) -> None:
     runs = thinned("turbulent_runs")
     names, units = [str(n) for n in runs["A_channels"]], [str(u) for u in runs["A_units"]]
     time = SHORT.begin + SHORT.step * np.arange(len(runs["A_counts"]))
-    table = Columns(tuple(names), tuple(units), time, runs["A_counts"] * runs["A_steps"], "OpenFAST-v5.0.0")
+    table = OutputColumns(tuple(names), tuple(units), time, runs["A_counts"] * runs["A_steps"], "OpenFAST-v5.0.0")
     path = meltemi.write_result(result_of(table, tmp_path), tmp_path / "theirs.outb")
     theirs = meltemi.read_result(path)
     run = {"duration": SHORT.end, "output_step": SHORT.step, "start": SHORT.start}

@@ -10,22 +10,22 @@ pytest.importorskip("rosco")
 
 from comparisons import floating
 from comparisons.known import KNOWN
-from meltemi.verification.table import Verdict
+from meltemi.verification.table import CheckVerdict
 
 pytestmark = pytest.mark.rosco
 
 
 def test_decays_and_waves() -> None:
     rows = floating.floating().judged(KNOWN).rows
-    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
-    assert sum(row.verdict is Verdict.PASS for row in rows) > 50
+    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is CheckVerdict.FAIL] == []
+    assert sum(row.verdict is CheckVerdict.PASS for row in rows) > 50
 
 
 def test_under_rosco() -> None:
     """Its floating feedback acts on the nodding acceleration of the nacelle (record 83)."""
     rows = floating.in_wind().judged(KNOWN).rows
-    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
-    assert sum(row.verdict is Verdict.PASS for row in rows) > 50
+    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is CheckVerdict.FAIL] == []
+    assert sum(row.verdict is CheckVerdict.PASS for row in rows) > 50
 
 
 @pytest.mark.reference

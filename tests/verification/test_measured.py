@@ -13,7 +13,7 @@ import meltemi
 from meltemi import SteadyWind, Turbine
 from meltemi.verification import uae
 from meltemi.verification.known import KNOWN
-from meltemi.verification.table import Verdict, reference_table
+from meltemi.verification.table import CheckVerdict, reference_table
 from meltemi.verification.verification import verification
 
 Float = NDArray[np.float64]
@@ -55,10 +55,10 @@ def normal_deviation(ours: uae.SteadyLoads) -> dict[str, float]:
 
 def test_attached_flow() -> None:
     rows = uae.attached().judged(KNOWN).rows
-    assert not [r for r in rows if r.verdict is Verdict.FAIL]
+    assert not [r for r in rows if r.verdict is CheckVerdict.FAIL]
     torque = [r for r in rows if r.what == "torque"]
     assert len(torque) == 2 and all(abs(r.deviation) < 5.0 for r in torque)
-    inner = [r for r in rows if r.what == "normal coefficient" and r.verdict is Verdict.PASS]
+    inner = [r for r in rows if r.what == "normal coefficient" and r.verdict is CheckVerdict.PASS]
     assert [r.case for r in inner] == ["47 % of the radius", "63 % of the radius", "80 % of the radius"]
 
 

@@ -17,7 +17,7 @@ from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.simulation.rotors import build
 from meltemi.simulation.simulate import simulate
 from meltemi.simulation.start import Start
-from meltemi.verification.table import Verdict
+from meltemi.verification.table import CheckVerdict
 from meltemi.wind.fields import SteadyWind
 
 pytestmark = pytest.mark.rosco
@@ -25,21 +25,21 @@ pytestmark = pytest.mark.rosco
 
 def test_frequencies_in_water_and_air() -> None:
     rows = offshore.frequencies().judged(KNOWN).rows
-    assert [row for row in rows if row.verdict is Verdict.FAIL] == []
+    assert [row for row in rows if row.verdict is CheckVerdict.FAIL] == []
     given = [row for row in rows if "given" in row.case]
     assert len(given) == 6 and all(abs(row.deviation) < 0.15 for row in given)
 
 
 def test_loads_in_waves() -> None:
     rows = offshore.waves().judged(KNOWN).rows
-    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
+    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is CheckVerdict.FAIL] == []
     force = [row for row in rows if row.what.startswith("Hydro") and row.measure == "%"]
     assert force and all(abs(row.deviation) < 0.15 for row in force)
 
 
 def test_in_wind_under_rosco() -> None:
     rows = offshore_wind.steady().judged(KNOWN).rows
-    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
+    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is CheckVerdict.FAIL] == []
     means = [row for row in rows if row.what.endswith("mean") and row.case != "M4_18"]
     assert means and all(abs(row.deviation) <= 1.0 for row in means)
 
@@ -48,8 +48,8 @@ def test_in_wind_under_rosco() -> None:
 def test_in_turbulence_and_sea(reference: Path) -> None:
     """Under ROSCO, in waves along the wind and from 60 degrees."""
     rows = offshore_wind.turbulent(reference / "openfast_offshore").judged(KNOWN).rows
-    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is Verdict.FAIL] == []
-    assert sum(row.verdict is Verdict.PASS for row in rows) > 100
+    assert [f"{row.what}, {row.case}: {row.deviation}" for row in rows if row.verdict is CheckVerdict.FAIL] == []
+    assert sum(row.verdict is CheckVerdict.PASS for row in rows) > 100
 
 
 @pytest.mark.long

@@ -16,7 +16,7 @@ from comparisons import reference_table, stops
 from comparisons.known import KNOWN
 from meltemi.bladed_controllers.rosco import edit_discon
 from meltemi.maths.vectors import Vec
-from meltemi.verification.table import Row, Verdict
+from meltemi.verification.table import Check, CheckVerdict
 from meltemi.wind.fields import WindSeries, wind_field
 from meltemi.wind.velocity import series_now, wind_velocity
 from meltemi.wind_files import read_wnd
@@ -25,8 +25,8 @@ HUB, LEFT, TOP = (0.0, 0.0, 90.0), (0.0, 63.0, 90.0), (0.0, 0.0, 153.0)
 CASES = stops.gust_cases() | stops.STOPS
 
 
-def failed(rows: list[Row], table: str) -> list[Row]:
-    return [row for row in (r.judged(table, KNOWN) for r in rows) if row.verdict is Verdict.FAIL]
+def failed(rows: list[Check], table: str) -> list[Check]:
+    return [row for row in (r.judged(table, KNOWN) for r in rows) if row.verdict is CheckVerdict.FAIL]
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,15 @@ from comparisons.known import KNOWN
 from comparisons.turbulent import reference_series, short_series, short_wind, turbulence
 from meltemi.app.cli import main
 from meltemi.turbine.library import _from_library
-from meltemi.verification.table import Comparison, Known, Report, Row, Study, Verdict, relative
+from meltemi.verification.table import (
+    Check,
+    CheckStudy,
+    CheckTable,
+    CheckVerdict,
+    KnownDeviation,
+    VerificationReport,
+    relative,
+)
 from meltemi.verification.verification import FULL, QUICK
 from meltemi.wind_files import read_bts, read_wnd
 
@@ -28,12 +36,12 @@ def studies(begin: int, end: int, seconds: float) -> list[Any]:
     return [pytest.param(k, marks=[pytest.mark.long] * (ALL[k].seconds >= seconds)) for k in range(begin, end)]
 
 
-def complaints(comparison: Comparison) -> list[str]:
+def complaints(comparison: CheckTable) -> list[str]:
     judged = comparison.judged(KNOWN)
     return [
         f"{r.what}, {r.case}: {r.deviation:+.2f} {r.measure}, band {r.band:g}"
         for r in judged.rows
-        if r.verdict is Verdict.FAIL
+        if r.verdict is CheckVerdict.FAIL
     ]
 
 
@@ -86,20 +94,25 @@ def test_thinned_data_are_those_of_the_runs(reference: Path) -> None:
 
 
 def test_verdicts() -> None:
-    known = [Known("table", "what", "a*", 5.0, "reason")]
-    cases = {("a1", 0.5): Verdict.PASS, ("a1", 3.0): Verdict.KNOWN, ("a1", 6.0): Verdict.FAIL, ("b", 3.0): Verdict.FAIL}
+    known = [KnownDeviation("table", "what", "a*", 5.0, "reason")]
+    cases = {
+        ("a1", 0.5): CheckVerdict.PASS,
+        ("a1", 3.0): CheckVerdict.KNOWN,
+        ("a1", 6.0): CheckVerdict.FAIL,
+        ("b", 3.0): CheckVerdict.FAIL,
+    }
     for (case, deviation), verdict in cases.items():
         row = relative("what", case, "m", 100.0, 100.0 + deviation, 1.0).judged("table", known)
         assert row.verdict is verdict
-    assert relative("what", "a1", "m", 1.0, 9.0).judged("table", known).verdict is Verdict.REPORTED
+    assert relative("what", "a1", "m", 1.0, 9.0).judged("table", known).verdict is CheckVerdict.REPORTED
 
 
 def test_report_fails_only_on_fail(tmp_path: Path) -> None:
-    good = Row("x", "c", "m", 1.0, 1.0, 0.0, "%", 1.0)
-    bad = Row("y", "c", "m", 1.0, 2.0, 100.0, "%", 1.0)
-    table = Comparison("t", "Title", "source", [good])
-    assert not Report([table.judged(())]).failed
-    report = Report([Comparison("t", "Title", "source", [good, bad]).judged(())])
+    good = Check("x", "c", "m", 1.0, 1.0, 0.0, "%", 1.0)
+    bad = Check("y", "c", "m", 1.0, 2.0, 100.0, "%", 1.0)
+    table = CheckTable("t", "Title", "source", [good])
+    assert not VerificationReport([table.judged(())]).failed
+    report = VerificationReport([CheckTable("t", "Title", "source", [good, bad]).judged(())])
     assert report.failed
     assert "1 pass" in report.summary()
     assert "1 FAIL" in report.summary()
@@ -158,7 +171,7 @@ def test_only_a_failure_ends_with_status_one(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, deviation: float, status: int
 ) -> None:
     row = relative("thing", "here", "N", 1.0, 1.0 + deviation / 100.0, 0.5)
-    study = Study(1.0, lambda: Comparison("example", "Example", "nobody", [row]))
+    study = CheckStudy(1.0, lambda: CheckTable("example", "Example", "nobody", [row]))
     monkeypatch.setattr("meltemi.verification.verification.FULL", (study,))
     monkeypatch.setattr("sys.argv", ["meltemi", "verify", "--out", str(tmp_path)])
     with pytest.raises(SystemExit) as end:

@@ -70,7 +70,7 @@ class Strip(NamedTuple):
       vx, vy: [m/s] relative wind without induction, normal to the strip and along it.
       theta: [rad] pitch and twist.
       solidity: blades times chord over circumference.
-      tip_number, hub_number: of Prandtl's loss factor.
+      tip_number, hub_number: parameters of Prandtl's loss factor.
       polar: index of the polar.
       skew: tangent of the angle between wind and shaft, for Glauert's momentum in skewed flow.
       lean: cosine of the angle between the strip's normal and the shaft, for Madsen's momentum.
@@ -108,7 +108,7 @@ class Balance(NamedTuple):
       residual: left minus right side, over the speed of the relative wind.
       axial: s / (1 - a).
       tangential: c / (1 + a').
-      sin, cos: of the trial angle, s and c.
+      sin, cos: sine and cosine of the trial angle, s and c.
     """
 
     residual: float
@@ -124,7 +124,7 @@ class Induction(NamedTuple):
     Attributes:
       a, ap: axial and tangential induction factor.
       phi, slope: inflow angle [rad], and slope of the residual there.
-      residual: of the last evaluation.
+      residual: residual of the last evaluation.
     """
 
     a: float

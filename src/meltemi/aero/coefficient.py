@@ -15,7 +15,7 @@ import numpy as np
 from numpy import float64
 from numpy.typing import NDArray
 
-from meltemi.compiler import Array1, Array4, Constant, Record, Table, kernel, number
+from meltemi.compiler import Array1, Array4, Constant, KernelRecord, Table, kernel, number
 from meltemi.turbine.power_turbine import CalibratedCoefficient, Coefficient, HeierCoefficient, TableCoefficient
 
 Float = NDArray[float64]
@@ -48,7 +48,7 @@ EVERYWHERE = 1e9
 CALIBRATED = (0.979372, 116.0, 0.0, 6.363840, 37.744134, 0.0375390)
 
 
-class Coefficients(Record):
+class PowerCoefficients(KernelRecord):
     """Power and thrust coefficient of a rotor.
 
     Attributes:
@@ -84,7 +84,7 @@ def below(x: float, grid: Float) -> int:
 
 
 @kernel
-def looked_up(what: int, ratio: float, pitch: float, c: Coefficients) -> float:
+def looked_up(what: int, ratio: float, pitch: float, c: PowerCoefficients) -> float:
     """Power or thrust coefficient from the table (P-4)."""
     ratios, pitches, values = c.ratios, c.pitches, c.values
     n, m = ratios.shape[0], pitches.shape[0]
@@ -113,7 +113,7 @@ def looked_up(what: int, ratio: float, pitch: float, c: Coefficients) -> float:
 
 
 @kernel
-def power_coefficient(ratio: float, pitch: float, c: Coefficients) -> float:
+def power_coefficient(ratio: float, pitch: float, c: PowerCoefficients) -> float:
     """C_p at a tip-speed ratio above zero and a pitch angle [rad]."""
     if c.coefficient.formula > 0.0:
         return formula(ratio, pitch, c.coefficient)
@@ -121,8 +121,8 @@ def power_coefficient(ratio: float, pitch: float, c: Coefficients) -> float:
 
 
 @kernel
-def thrust_coefficient(ratio: float, pitch: float, c: Coefficients) -> float:
-    """C_t at a tip-speed ratio and a pitch angle [rad]; 0 if none is given."""
+def thrust_coefficient(ratio: float, pitch: float, c: PowerCoefficients) -> float:
+    """C_t at a tip-speed ratio and a pitch angle [rad]; 0 without thrust coefficients."""
     if c.coefficient.formula > 0.0:
         return 0.0
     return looked_up(THRUST, ratio, pitch, c)
@@ -135,7 +135,7 @@ def known(ratio: float, pitch: float, p: RotorCoefficient) -> bool:
 
 
 def coefficient_arrays(coefficient: Coefficient) -> dict[str, Float]:
-    """Arrays of a power coefficient by the names in :class:`Coefficients`."""
+    """Arrays of a power coefficient by the names in :class:`PowerCoefficients`."""
     p = RotorCoefficient.of(formula=1.0, scale=1.0, ratio_scale=1.0, most_ratio=EVERYWHERE, most_pitch=EVERYWHERE)
     ratios, pitches, values = np.arange(2.0), np.arange(2.0), np.zeros((2, 4, 2, 2))
     constants: tuple[float, ...] = CALIBRATED
@@ -162,9 +162,9 @@ def coefficient_arrays(coefficient: Coefficient) -> dict[str, Float]:
     return {"coefficient": p.array, "ratios": ratios, "pitches": pitches, "values": values}
 
 
-def rotor_coefficients(coefficient: Coefficient) -> Coefficients:
+def rotor_coefficients(coefficient: Coefficient) -> PowerCoefficients:
     """The record of a power coefficient, for calls from Python."""
-    return Coefficients("floats", coefficient_arrays(coefficient))
+    return PowerCoefficients("floats", coefficient_arrays(coefficient))
 
 
 def _with_slopes(x: Float, y: Float, f: Float) -> Float:

@@ -18,43 +18,43 @@ from __future__ import annotations
 from math import pi
 
 from meltemi.aero.air import Air
-from meltemi.aero.polars import Coefficients
+from meltemi.aero.polars import SectionCoefficients
 from meltemi.aero.tables import FlapParameters as FlapParameters
 from meltemi.compiler import Numbers, kernel, where, whole
 
 STEP = pi / 180.0
-"""[rad] of the increments' grid, in both angles."""
+"""[rad] step of the increments' grid, in both angles."""
 ALPHAS, DELTAS = 81, 61
-"""Rows and columns of it, symmetric about zero: 40 and 30 degrees to both sides."""
+"""Rows and columns of the grid, symmetric about zero: 40 and 30 degrees to both sides."""
 
 
 @kernel
-def flap_increment(alpha: float, m: Air, b: int, n: int) -> Coefficients:
+def flap_increment(alpha: float, m: Air, b: int, n: int) -> SectionCoefficients:
     """Increments of a node at angle of attack ``alpha`` [rad]: sum over its flaps, weighted by the covered share."""
-    added, table = Coefficients(0.0, 0.0, 0.0), m.increments
+    added, table = SectionCoefficients(0.0, 0.0, 0.0), m.increments
     x = min(max(alpha / STEP + 0.5 * (ALPHAS - 1), 0.0), ALPHAS - 1.0)
     i = min(max(whole(x), 0), ALPHAS - 2)
     w = x - i
     for j in range(m.flap_nodes.shape[0]):
         y = min(max(m.flap.angle[j, b] / STEP + 0.5 * (DELTAS - 1), 1.0), DELTAS - 2.0)
         k = min(max(whole(y), 1), DELTAS - 3)
-        here, u = i * DELTAS + k, y - k
-        lift, drag = between(table.lift, j, here, w, u), between(table.drag, j, here, w, u)
-        added += m.flap_nodes[j, b, n] * Coefficients(lift, drag, between(table.moment, j, here, w, u))
+        entry, u = i * DELTAS + k, y - k
+        lift, drag = between(table.lift, j, entry, w, u), between(table.drag, j, entry, w, u)
+        added += m.flap_nodes[j, b, n] * SectionCoefficients(lift, drag, between(table.moment, j, entry, w, u))
     return added
 
 
 @kernel
-def between(table: Numbers, j: int, here: int, w: float, u: float) -> float:
+def between(table: Numbers, j: int, entry: int, w: float, u: float) -> float:
     """Interpolation linear in the angle of attack and cubic in the deflection, with a continuous slope there."""
-    low = over_deflection(table, j, here, u)
-    return low + w * (over_deflection(table, j, here + DELTAS, u) - low)
+    low = over_deflection(table, j, entry, u)
+    return low + w * (over_deflection(table, j, entry + DELTAS, u) - low)
 
 
 @kernel
-def over_deflection(table: Numbers, j: int, here: int, u: float) -> float:
+def over_deflection(table: Numbers, j: int, entry: int, u: float) -> float:
     """Cubic interpolation in the deflection, slopes from the neighbours (Catmull and Rom 1974)."""
-    a, b, c, d = table[j, here - 1], table[j, here], table[j, here + 1], table[j, here + 2]
+    a, b, c, d = table[j, entry - 1], table[j, entry], table[j, entry + 1], table[j, entry + 2]
     return b + 0.5 * u * ((c - a) + u * ((2.0 * a - 5.0 * b + 4.0 * c - d) + u * (3.0 * (b - c) + d - a)))
 
 

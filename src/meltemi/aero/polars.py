@@ -11,7 +11,7 @@ from meltemi.aero.air import Air
 from meltemi.compiler import Components, Numbers, anywhere, group, kernel, operators, whole
 
 
-class Place(NamedTuple):
+class PolarPosition(NamedTuple):
     """Place in a polar: the point before it, and the weight of the next one."""
 
     point: int
@@ -19,60 +19,60 @@ class Place(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Coefficients(Components):
+class SectionCoefficients(Components):
     """Lift, drag and moment coefficient."""
 
     lift: float
     drag: float
     moment: float
 
-    def __add__(self, b: Coefficients) -> Coefficients:
-        return Coefficients(self.lift + b.lift, self.drag + b.drag, self.moment + b.moment)
+    def __add__(self, b: SectionCoefficients) -> SectionCoefficients:
+        return SectionCoefficients(self.lift + b.lift, self.drag + b.drag, self.moment + b.moment)
 
-    def __sub__(self, b: Coefficients) -> Coefficients:
-        return Coefficients(self.lift - b.lift, self.drag - b.drag, self.moment - b.moment)
+    def __sub__(self, b: SectionCoefficients) -> SectionCoefficients:
+        return SectionCoefficients(self.lift - b.lift, self.drag - b.drag, self.moment - b.moment)
 
-    def __rmul__(self, s: float) -> Coefficients:
-        return Coefficients(s * self.lift, s * self.drag, s * self.moment)
-
-
-def _times(s: float, c: Coefficients) -> Coefficients:
-    return Coefficients(s * c.lift, s * c.drag, s * c.moment)
+    def __rmul__(self, s: float) -> SectionCoefficients:
+        return SectionCoefficients(s * self.lift, s * self.drag, s * self.moment)
 
 
-group(Coefficients)
+def _times(s: float, c: SectionCoefficients) -> SectionCoefficients:
+    return SectionCoefficients(s * c.lift, s * c.drag, s * c.moment)
+
+
+group(SectionCoefficients)
 operators(
     {
-        operator.add: {(Coefficients, Coefficients): Coefficients.__add__},
-        operator.iadd: {(Coefficients, Coefficients): Coefficients.__add__},
-        operator.sub: {(Coefficients, Coefficients): Coefficients.__sub__},
-        operator.mul: {(None, Coefficients): _times},
+        operator.add: {(SectionCoefficients, SectionCoefficients): SectionCoefficients.__add__},
+        operator.iadd: {(SectionCoefficients, SectionCoefficients): SectionCoefficients.__add__},
+        operator.sub: {(SectionCoefficients, SectionCoefficients): SectionCoefficients.__sub__},
+        operator.mul: {(None, SectionCoefficients): _times},
     }
 )
 
 
 @kernel
-def locate(alpha: float, m: Air) -> Place:
+def locate(alpha: float, m: Air) -> PolarPosition:
     """Place of the angle of attack ``alpha`` [rad] in the polars; any angle is allowed."""
     last = m.polars.angles - 1
     turns = (alpha + pi) * (0.5 / pi)
     x = (turns - floor(turns)) * last
     point = min(max(whole(x), 0), last - 1)  # NaN must not lead out of the table
-    return Place(point, x - point)
+    return PolarPosition(point, x - point)
 
 
 @kernel
-def coefficient(values: Numbers, g: int, at: Place) -> float:
+def coefficient(values: Numbers, g: int, at: PolarPosition) -> float:
     """Coefficient of polar ``g`` at a place, by linear interpolation."""
     a = values[g, at.point]
     return a + at.weight * (values[g, at.point + 1] - a)
 
 
 @kernel
-def static_coefficients(alpha: float, g: int, m: Air) -> Coefficients:
+def static_coefficients(alpha: float, g: int, m: Air) -> SectionCoefficients:
     """Static coefficients of polar ``g`` at ``alpha`` [rad]."""
     at, polars = locate(alpha, m), m.polars
-    return Coefficients(
+    return SectionCoefficients(
         coefficient(polars.lift, g, at), coefficient(polars.drag, g, at), coefficient(polars.moment, g, at)
     )
 

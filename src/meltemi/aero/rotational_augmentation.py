@@ -28,13 +28,13 @@ def snel(chord_ratio: float, twist: float) -> tuple[float, float]:
 
     Args:
       chord_ratio: chord over distance from the shaft.
-      twist: [rad] of the section, unused.
+      twist: [rad] twist of the section, unused.
     """
     return 3.0 * chord_ratio**2, 0.0
 
 
 def chaviaropoulos_hansen(chord_ratio: float, twist: float) -> tuple[float, float]:
-    """The same after Chaviaropoulos and Hansen, for all three coefficients."""
+    """Factors after Chaviaropoulos and Hansen, for all three coefficients."""
     factor = 2.2 * chord_ratio * np.cos(twist) ** 4
     return factor, factor
 
@@ -54,7 +54,7 @@ def augmented(
       alpha: (P,) [rad] angles of attack.
       coefficients: (P, 3) lift, drag and moment in two-dimensional flow.
       chord_ratio: chord over distance from the shaft.
-      twist: [rad] of the section from the rotor plane, at zero pitch.
+      twist: [rad] twist of the section from the rotor plane, at zero pitch.
       model: name of the model.
 
     Returns:

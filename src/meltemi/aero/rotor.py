@@ -24,7 +24,7 @@ from meltemi.aero import inflow, stall, tower_flow
 from meltemi.aero.air import Air
 from meltemi.aero.bem import LEAST_SKEW, MADSEN, MOST_SKEW, STILL, Strip, induction
 from meltemi.aero.flaps import equivalent_angle, flap_increment
-from meltemi.aero.polars import Coefficients, ramp, wrap
+from meltemi.aero.polars import SectionCoefficients, ramp, wrap
 from meltemi.aero.stall.section import CAMBER
 from meltemi.compiler import anywhere, by_record, kernel, largest, total, where, whole
 from meltemi.maths.vectors import Rot, Vec, cross, dot, norm
@@ -60,9 +60,11 @@ def relative_wind(t: float, m: Air) -> None:
             flow.vy[b, n] = cp * w.y - sp * w.x
             flow.cos_bend[b, n] = cb
             flow.sin_bend[b, n] = sb
-            own = spin - root_spin
+            relative_spin = spin - root_spin
             flow.rotation[b, n] = sb * (cp * spin.x + sp * spin.y) + cb * spin.z
-            flow.pitching[b, n] = sb * (cp * own.x + sp * own.y) + cb * (own.z - pitch.rate[b])
+            flow.pitching[b, n] = sb * (cp * relative_spin.x + sp * relative_spin.y) + cb * (
+                relative_spin.z - pitch.rate[b]
+            )
             flow.theta[b, n] = chord_angle(cb, sb, section, aero.chord_angle)
             flow.radius[b, n] = norm(r - dot(r, shaft) * shaft)
 
@@ -113,9 +115,9 @@ def quotient(x: float, speed: float) -> float:
 
 
 @kernel
-def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[Coefficients, float]:
+def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[SectionCoefficients, float]:
     """Increments of the flaps at a node, at any angle of attack, and their equivalent angle [rad]."""
-    added, angle = Coefficients(0.0, 0.0, 0.0), 0.0
+    added, angle = SectionCoefficients(0.0, 0.0, 0.0), 0.0
     if m.flap_nodes.shape[0] > 0:
         added = flap_increment(wrap(alpha), m, b, n)
         angle = equivalent_angle(added.lift, m.section.slope[whole(m.aero_nodes.polar[b, n])])

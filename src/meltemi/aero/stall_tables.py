@@ -28,7 +28,7 @@ class StallTable:
       slope: [1/rad] C_La.
       zero_lift: [rad] alpha_0.
       drag_floor: drag coefficient at alpha_0.
-      attachment: (P,) f.
+      attachment: (P,) degree of attachment f.
       attached_lift: (P,) C_La (alpha - alpha_0); C_L itself where that exceeds it.
       separated_lift: (P,) C_L,fs.
     """

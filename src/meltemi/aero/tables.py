@@ -17,7 +17,7 @@ class AeroParameters(Table, title="aerodynamics"):
     inflow_lead: float = number("-", "share of the quasi-steady induced velocity that acts through the second lag only")
     inflow_time: float = number("s", "time constant of the first lag, when constant")
     induction_tolerance: float = number("-", "residual of the momentum balance at which its iterations end")
-    skew_factor: float = number("-", "of the induction's redistribution in skewed wake")
+    skew_factor: float = number("-", "factor of the induction's redistribution in skewed wake")
     axial_drag: float = number("-", "1: drag counts in the axial momentum balance")
     tangential_drag: float = number("-", "1: drag counts in the tangential momentum balance")
     fade_begin: float = number("-", "tip-speed ratio below which there is no induction")
@@ -45,7 +45,7 @@ class AeroOptions(Table, title="aerodynamic options", integer=True):
     reversed_flow: int = number("-", "dynamic stall model in reversed flow: 0: static polar, 1: wake lag")
     tower: int = number("-", "influence of the tower: 0: none, 1: potential flow, 2: the same on the lower half")
     tower_drag: int = number("-", "1: drag on the tower")
-    iterations: int = number("-", "of the induction solver at each evaluation, at most")
+    iterations: int = number("-", "largest number of iterations of the induction solver at each evaluation")
     skew_momentum: int = number("-", "momentum of a rotor in skewed flow: 0: axial, 1: Glauert, 2: vortex cylinder")
 
 
@@ -55,7 +55,9 @@ class AeroNode(Table, axes="blade node", title="aerodynamic node"):
     chord: Numbers = number("m", "chord")
     section: Rotations = rotation("-", "orientation of the undeformed section: normal, chord, span; blade axes")
     centre: Vectors = xyz("m", "aerodynamic centre from the node's reference point, blade axes")
-    length: Numbers = number("m", "of blade that the node stands for, along the arc of the aerodynamic centres")
+    length: Numbers = number(
+        "m", "length of the blade that the node represents, along the arc of the aerodynamic centres"
+    )
     solid_length: Numbers = number("m", "blades times chord over 2 pi: solidity times radius")
     tip_number: Numbers = number("-", "blades (arc to the tip) / (2 arc), for Prandtl's tip loss")
     hub_number: Numbers = number("-", "blades (arc from the root) / (2 hub radius), for the hub loss")
@@ -89,8 +91,8 @@ class FlapParameters(Table, axes="flap blade", title="flap"):
     """State of the flaps' actuators."""
 
     angle: Numbers = number("rad", "deflection, trailing edge towards the pressure side when positive")
-    rate: Numbers = number("rad/s", "its rate")
-    acceleration: Numbers = number("rad/s^2", "its acceleration over the last step")
+    rate: Numbers = number("rad/s", "rate of the deflection")
+    acceleration: Numbers = number("rad/s^2", "acceleration of the deflection over the last step")
     held: Numbers = number(
         "rad", "deflection before a jump at this instant; while the equations are evaluated, after it"
     )
@@ -110,7 +112,7 @@ class InflowState(Table, axes="blade node"):
 
     reduced_x: Numbers = number("m/s", "lagged induced velocity without its lead, normal to the strip")
     x: Numbers = number("m/s", "induced velocity, normal to the strip")
-    reduced_y: Numbers = number("m/s", "the same as reduced_x, tangential")
+    reduced_y: Numbers = number("m/s", "lagged induced velocity without its lead, tangential")
     y: Numbers = number("m/s", "induced velocity, tangential")
 
 
@@ -127,10 +129,10 @@ class AeroMemory(Table, axes="blade node", title="aerodynamic memory"):
     """Memory of integrator and solver from the last step; not part of the physical state."""
 
     phi: Numbers = number("rad", "inflow angle of the last evaluation")
-    change: Numbers = number("rad", "its change since the one before: the solver begins at the sum")
+    change: Numbers = number("rad", "change of the inflow angle in the last step: the solver begins at their sum")
     slope: Numbers = number("1/rad", "slope of the residual there")
     induced_x: Numbers = number("m/s", "quasi-steady induced velocity of the last step")
-    induced_y: Numbers = number("m/s", "the same, tangential")
+    induced_y: Numbers = number("m/s", "quasi-steady induced velocity, tangential")
     time: Numbers = number("s", "time constant of the first inflow lag of the last step")
     alpha: Numbers = number("rad", "angle of attack at three quarters of the chord of the last step")
     rate: Numbers = number("1/s", "relative speed over half the chord of the last step")
@@ -155,7 +157,7 @@ class BladeFlow(Table, axes="blade node"):
     pitching: Numbers = number("rad/s", "the part of it that is relative to the rotor: pitch and elastic torsion")
     steady_axial: Numbers = number("-", "quasi-steady axial induction factor")
     steady_tangential: Numbers = number("-", "quasi-steady tangential induction factor")
-    residual: Numbers = number("-", "of the momentum balance")
+    residual: Numbers = number("-", "residual of the momentum balance")
     axial: Numbers = number("-", "axial induction factor")
     tangential: Numbers = number("-", "tangential induction factor")
     phi: Numbers = number("rad", "inflow angle")
@@ -173,9 +175,9 @@ class RotorFlow(Table):
     """Rotor averages and sums."""
 
     wind: Vec = xyz("m/s", "wind averaged over the disk, relative to the hub, inertial axes")
-    axial_wind: float = number("m/s", "its component along the shaft")
-    skew: float = number("rad", "angle between it and the shaft")
-    skew_axis: Vec = xyz("-", "unit vector of its component in the rotor plane")
+    axial_wind: float = number("m/s", "mean wind along the shaft")
+    skew: float = number("rad", "angle between this wind and the shaft")
+    skew_axis: Vec = xyz("-", "unit vector of the component of this wind in the rotor plane")
     tip_ratio: float = number("-", "tip-speed ratio")
     fade: float = number("-", "weight of the induction")
     induction: float = number("-", "mean quasi-steady axial induction around 70 % of the radius")
@@ -183,19 +185,19 @@ class RotorFlow(Table):
     tip_radius: float = number("m", "largest distance of a node from the shaft")
     force: Vec = xyz("N", "aerodynamic force on the rotor, inertial axes")
     moment: Vec = xyz("N m", "aerodynamic moment about the rotor apex, inertial axes")
-    thrust: float = number("N", "the force along the shaft, downwind")
-    torque: float = number("N m", "the moment about the shaft, driving")
+    thrust: float = number("N", "force along the shaft, downwind")
+    torque: float = number("N m", "driving moment about the shaft")
     residual: float = number("-", "largest residual of the momentum balance")
 
 
 class TowerFlow(Table, axes="node"):
     """Tower nodes: geometry, deflection and wind; the heights are equidistant."""
 
-    height: Numbers = number("m", "of the undeflected node above ground")
-    diameter: Numbers = number("m", "of the tower")
+    height: Numbers = number("m", "height of the undeflected node above ground")
+    diameter: Numbers = number("m", "diameter of the tower")
     drag: Numbers = number("-", "drag coefficient")
-    length: Numbers = number("m", "of tower that the node stands for")
+    length: Numbers = number("m", "length of the tower that the node represents")
     x: Numbers = number("m", "deflected axis, inertial axes")
-    y: Numbers = number("m", "the same")
+    y: Numbers = number("m", "deflection")
     wind: Vectors = xyz("m/s", "wind relative to the tower, inertial axes")
-    force: Vectors = xyz("N", "of the wind on the node, inertial axes")
+    force: Vectors = xyz("N", "drag of the wind on the node, inertial axes")

@@ -42,8 +42,8 @@ class Campbell(Brief):
 
     Attributes:
       wind_speed: (n,) [m/s]; NaN without wind.
-      rotor_speed: (n,) [rad/s].
-      pitch: (n,) [rad].
+      rotor_speed: (n,) [rad/s] speed of the rotor.
+      pitch: (n,) [rad] pitch angle.
       labels: names of the modes, e.g. ``"1st flap backward whirl"``.
       frequency: (modes, n) [rad/s], undamped; NaN where a mode does not oscillate.
       damping: (modes, n) ratio to critical.
@@ -103,8 +103,8 @@ def campbell(
     and no gravity; a floating turbine keeps it, since it floats by it.
 
     Args:
-      wind_speeds: [m/s] of steady wind; rotor speed and pitch follow from steady operation.
-      rotor_speeds: [rad/s] in place of wind speeds, in vacuum and at fine pitch; 0 is standstill.
+      wind_speeds: [m/s] speeds of steady wind; rotor speed and pitch follow from steady operation.
+      rotor_speeds: [rad/s] rotor speeds in place of wind speeds, in vacuum and at fine pitch; 0 is standstill.
       air: with aerodynamics, or the structure in vacuum.
       generator_free: whether the generator may rotate about its mean speed or has a prescribed speed; free by default
         with aerodynamics.
@@ -136,7 +136,7 @@ def campbell(
         if progress is not None:
             progress((i + share) / len(given))
 
-    found, operation, failures = list[list[Mode]](), [], {}
+    point_modes, operation, failures = list[list[Mode]](), [], {}
     for i, value in enumerate(given):
         where_now, modes = (value, np.nan, np.nan) if rotor_speeds is None else (np.nan, value, 0.0), []
         try:
@@ -146,8 +146,8 @@ def campbell(
                 done(i, STEADY_SHARE)
             if air:
                 turned = partial(_shifted, partial(done, i))
-                held = replace(model, locked=locked)
-                modes = linearise(held, point, (), (), azimuths=azimuths, progress=turned).modes()
+                locked_model = replace(model, locked=locked)
+                modes = linearise(locked_model, point, (), (), azimuths=azimuths, progress=turned).modes()
             else:
                 _, speed, pitch = where_now
                 modes = natural_modes(vacuum, speed, pitch=pitch, generator_free=free)
@@ -155,14 +155,14 @@ def campbell(
         except MeltemiError as error:
             failures[value] = str(error)
         operation.append(where_now)
-        found.append(modes)
+        point_modes.append(modes)
         done(i, 1.0)
     if len(failures) == len(set(given)):
         raise InputError(f"campbell: all operating points failed; the last one: {failures[given[-1]]}")
     where = np.array(operation)
     # begin where modes are distinguished best: at high rotor speed in vacuum, in slow wind with little damping
-    order = [i for i in np.argsort(where[:, 0] if air else -where[:, 1], kind="stable") if found[i]]
-    curves = follow(found, [int(i) for i in order], bool(np.any(where[:, 1] > 0.0)))
+    order = [i for i in np.argsort(where[:, 0] if air else -where[:, 1], kind="stable") if point_modes[i]]
+    curves = follow(point_modes, [int(i) for i in order], bool(np.any(where[:, 1] > 0.0)))
     frequency, damping = curve_values(curves, len(given))
     wind_speed, rotor_speed, pitch = where.T
     tracked = tuple(tuple(curve) for curve in curves.values())
@@ -254,7 +254,9 @@ def participation(mode: Mode, turning: bool = True) -> dict[str, float]:
     return shares
 
 
-def follow(found: Sequence[Sequence[Mode]], order: Sequence[int], turning: bool = True) -> dict[str, list[Mode | None]]:
+def follow(
+    point_modes: Sequence[Sequence[Mode]], order: Sequence[int], turning: bool = True
+) -> dict[str, list[Mode | None]]:
     """Curves of modes by name, in the order of their mean frequencies.
 
     At each operating point every mode has at most one name and every name at most one mode.
@@ -268,19 +270,19 @@ def follow(found: Sequence[Sequence[Mode]], order: Sequence[int], turning: bool 
     """
     from scipy.optimize import linear_sum_assignment
 
-    names = list(dict.fromkeys(n for modes in found for m in modes for n in participation(m, turning)))
-    curves: dict[str, list[Mode | None]] = {name: [None] * len(found) for name in names}
+    names = list(dict.fromkeys(n for modes in point_modes for m in modes for n in participation(m, turning)))
+    curves: dict[str, list[Mode | None]] = {name: [None] * len(point_modes) for name in names}
     last: dict[str, Mode] = {}
     for i in order:
-        score = np.zeros((len(found[i]), len(names)))
-        for k, mode in enumerate(found[i]):
+        score = np.zeros((len(point_modes[i]), len(names)))
+        for k, mode in enumerate(point_modes[i]):
             for name, share in participation(mode, turning).items():
                 # The first point has no predecessor; there, lower damping distinguishes the structure from the wake.
                 alike = similarity(last[name], mode) if name in last else 1.0 - mode.damping
                 score[k, names.index(name)] = share * (1.0 + alike)
         for k, j in zip(*linear_sum_assignment(-score), strict=True):
             if score[k, j] > 0.0:
-                curves[names[j]][i] = last[names[j]] = found[i][k]
+                curves[names[j]][i] = last[names[j]] = point_modes[i][k]
     curves = {name: curve for name, curve in curves.items() if any(curve)}
     order_of = {name: float(np.mean([m.frequency for m in curve if m])) for name, curve in curves.items()}
     return {name: curves[name] for name in sorted(curves, key=lambda name: order_of[name])}

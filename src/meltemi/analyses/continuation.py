@@ -11,6 +11,7 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.operating_point import NotConverged, no_balance
 from meltemi.simulation.orbit import FARTHEST, NEARLY, PITCH_SCAN, SAMPLES, SETTLED, Orbit
+from meltemi.structure.tower import STIFFNESS
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -78,7 +79,7 @@ class CarefulOrbit(Orbit):
 
     def begin(self, speed: float, pitch: float, torque: float) -> None:
         """Converge the motion from that in vacuum."""
-        for part in (self.blade_c, self.blade_s, self.own, self.core_c, self.core_s):
+        for part in (self.blade_c, self.blade_s, self.deviation, self.core_c, self.core_s):
             part[:] = 0.0
         self.core_c[0] = self.undeflected
         goal = np.array([speed, pitch, torque, self.air])
@@ -92,7 +93,7 @@ class CarefulOrbit(Orbit):
         """Continue the converged motion to another speed, pitch, torque and density of the air."""
         assert self.at is not None
         begin = self.at
-        parts = [self.blade_c, self.blade_s, self.own, self.core_c, self.core_s, self.case.aero_state.vector]
+        parts = [self.blade_c, self.blade_s, self.deviation, self.core_c, self.core_s, self.case.aero_state.vector]
         share = in_steps(lambda share: self.settle(begin + share * (goal - begin)), parts)
         self.at = begin + share * (goal - begin)
         if share < 1.0:
@@ -147,12 +148,26 @@ class CarefulOrbit(Orbit):
                 f"the blades deflect by {tip:.3g} m of their {turbine.blade.length:.3g} m, beyond the range of their "
                 "model; less wind, feathered blades (meltemi.analysis.parked_point) or stiffer blades help"
             )
+        if loose := self.unsupported():
+            return begin + (
+                f"the foundation has no stiffness against {', '.join(loose)}; if the body below the tower has none "
+                f"either, hold it: options.locked: {loose}"
+            )
         modal = self.model.options.blade_model == "modal"
         exact = "other blades than options.blade_model 'modal' may help; " if modal else ""
         return begin + (
             f"the search does not converge beyond; {exact}a simulation can start from initial conditions instead "
             "(start=meltemi.Start(...))"
         )
+
+    def unsupported(self) -> list[str]:
+        """Free motions of the base that the foundation does not hold; a platform floats."""
+        model = self.model
+        stiffness = np.diag(model.rotor.tower_matrix[STIFFNESS])
+        motions = zip(model.coordinates[: model.rows.yaw], model.locked, stiffness, strict=False)
+        if model.turbine.platform is not None:
+            return []
+        return [name for name, locked, k in motions if name.startswith("base ") and not locked and k == 0.0]
 
 
 def balance_carefully(

@@ -12,7 +12,7 @@ from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.simulate import simulate
 
 SETTLING, AVERAGE = 120.0, 60.0
-"""[s] of the run that do not count, and the least that do."""
+"""[s] duration of the run that is discarded, and the shortest one that is averaged."""
 
 
 def controlled_point(model: Model[Any], controller: Controller, point: OperatingPoint) -> OperatingPoint:

@@ -41,7 +41,7 @@ from meltemi.simulation.channels import Channel, unit_of_coordinate
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.orbit import SAMPLES
-from meltemi.simulation.parts import Place, Variable
+from meltemi.simulation.parts import LinearVariable, Place
 from meltemi.simulation.rotors import kind_of
 from meltemi.wind.velocity import WindNow
 
@@ -65,7 +65,7 @@ class LinearModel(Brief):
       states, inputs, outputs: names; in the fixed frame those of blades end with ``collective``, ``cosine``, ``sine``.
       state_units, input_units, output_units: SI units.
       x0, u0, y0: values at the operating point, to which deviations are added; azimuthal averages in the fixed frame.
-      azimuth: [rad] of blade 1, or None in the fixed frame.
+      azimuth: [rad] azimuth of blade 1, or None in the fixed frame.
       point: the operating point.
     """
 
@@ -131,14 +131,14 @@ class LinearModel(Brief):
         share = factor[motion].sum(axis=0) / factor.sum(axis=0)
         names = tuple(self.states[i][2:] for i in place)
         energy = factor[place] + factor[[self.states.index(f"v {name}") for name in names]]
-        found = []
+        modes = []
         for i in np.argsort(np.abs(value)):
             if value[i].imag > 1e-6 and share[i] >= structural and len(place):
                 shape = right[place, i]
                 shape = shape / shape[np.argmax(np.abs(shape))]
                 damping = float(-value[i].real / abs(value[i]))
-                found.append(Mode(float(abs(value[i])), damping, names, shape, energy[:, i]))
-        return found
+                modes.append(Mode(float(abs(value[i])), damping, names, shape, energy[:, i]))
+        return modes
 
     @one_blas_thread
     def response(self, s: ArrayLike) -> NDArray[np.complex128]:
@@ -157,14 +157,14 @@ class LinearModel(Brief):
         T, U = self._schur
         left, right = self.C @ U, np.asfortranarray(U.conj().T @ self.B)
         shifted, diagonal = np.asfortranarray(-T), np.diag(T).copy()
-        found = []
+        responses = []
         for at in np.atleast_1d(np.asarray(s)):
             np.fill_diagonal(shifted, at - diagonal)
             x, pole = ztrtrs(shifted, right)
             if pole:
                 raise np.linalg.LinAlgError(f"response: {at} is a pole")
-            found.append(left @ x + self.D)
-        return np.array(found, dtype=np.complex128)
+            responses.append(left @ x + self.D)
+        return np.array(responses, dtype=np.complex128)
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
@@ -212,15 +212,15 @@ def linearise(
     """Linear model about steady operation.
 
     Args:
-      point: from ``operating_point`` with the same model.
+      point: steady operation from ``operating_point`` with the same model.
       inputs: ``generator_torque``, ``pitch`` (of all blades), ``pitch_1`` to ``pitch_3``, ``wind_speed`` (uniform),
         ``vertical_wind``, ``wind_direction``, ``horizontal_shear``, ``vertical_shear`` (linear, as in a
         ``WindSeries``), ``shear_exponent``, ``yaw``, ``yaw_rate`` (of the yaw drive), ``flap_1_1`` (flap, blade) and so
         on. Pitch and flaps are demands. With an electrical system the generator torque is a demand as well, and
         ``reactive_power``, ``grid_voltage`` and ``grid_frequency`` are further inputs.
       outputs: channels except the azimuth, by meltemi's names or OpenFAST's.
-      azimuth: [rad] of blade 1, for the model at this azimuth; by default the model in the fixed frame. There, a
-        channel or input of one blade adds those of the other two.
+      azimuth: [rad] azimuth of blade 1, for the model at this azimuth; by default the model in the fixed frame. There,
+        a channel or input of one blade adds those of the other two.
       azimuths: number of rotor positions in a third of a revolution over which the matrices are averaged; a divisor of
         12.
       progress: callback with the completed fraction.
@@ -281,7 +281,7 @@ def linear_case(model: Model[Any], point: OperatingPoint) -> Case:
     return case
 
 
-def jacobian(case: Case, columns: Sequence[Variable], rows: Sequence[Variable]) -> Float:
+def jacobian(case: Case, columns: Sequence[LinearVariable], rows: Sequence[LinearVariable]) -> Float:
     """(rows, columns) exact derivatives of state derivatives and outputs with respect to states and inputs.
 
     Args:
@@ -322,7 +322,7 @@ def evaluate_rates(case: Case, loads: bool) -> None:
         case.loads(0.0)
 
 
-def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[Variable]:
+def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: bool) -> list[LinearVariable]:
     """All free states."""
     model, names = case.model, case.model.coordinates
     _, generator, torsion = model.rows
@@ -333,25 +333,25 @@ def _states(case: Case, point: OperatingPoint, azimuths: Sequence[float], yaw: b
         # the rotor azimuth is prescribed: torsion of the shaft moves the generator backwards
         moves: tuple[tuple[Place, float], ...] = ((("q", i), 1.0),)
         moves += ((("q", generator), -1.0),) if i == torsion else ()
-        x.append(Variable(f"q {names[i]}", unit[i], moves, ("v", i)))
-    x += [Variable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
+        x.append(LinearVariable(f"q {names[i]}", unit[i], moves, ("v", i)))
+    x += [LinearVariable(f"v {names[i]}", f"{unit[i]}/s", ((("v", i), 1.0),), ("a", i)) for i in free]
     for row, begins, units, rate in (("angle", "q", "rad", "rate"), ("rate", "v", "rad/s", "acceleration")):
         for k in range(case["gears"].shape[1]):
-            own, grows = (_place(case, "gears", r, k) for r in (row, rate))
-            x.append(Variable(f"{begins} gear mode {k + 1}", units, ((own, 1.0),), grows))
+            states, grows = (_place(case, "gears", r, k) for r in (row, rate))
+            x.append(LinearVariable(f"{begins} gear mode {k + 1}", units, ((states, 1.0),), grows))
     for array, table, active in _air(case, point, azimuths):
         for f, b, n in np.argwhere(active):
             entry = table.rows[f]
             place = int(np.ravel_multi_index((f, b, n), case[array].shape))
             name = f"blade {b + 1} node {n + 1} {array} {entry.name}"
-            x.append(Variable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
+            x.append(LinearVariable(name, entry.unit, (((array, place), 1.0),), (f"d_{array}", place)))
     x += _actuator_states(case, "pitch", "pitch", (), _pitch_actuator(case))
     for j in range(model.n_flaps):
         x += _actuator_states(case, f"flap {j + 1}", "flap", (j,), _flap_actuator(case, j))
     x += [variable for part in case.parts for rows in part.states() for variable in rows.variables()]
     if yaw:
         order, pace = (_place(case, "drive", name) for name in ("yaw_command", "yaw_command_rate"))
-        x.append(Variable("yaw command", "rad", ((order, 1.0),), pace))
+        x.append(LinearVariable("yaw command", "rad", ((order, 1.0),), pace))
     return x
 
 
@@ -378,7 +378,7 @@ def _pitch_actuator(case: Case) -> tuple[float, ...]:
 
 
 def _flap_actuator(case: Case, j: int) -> tuple[float, ...]:
-    """The same of flap ``j``."""
+    """Coefficients of the linear equation of the actuator of flap ``j``."""
     v = View(FlapActuators, case["flap_actuators"])
     model = actuator_models.MODELS[int(v["model"][j])]
     return tuple(model.coefficients(float(v["frequency"][j]), float(v["damping"][j])))
@@ -395,13 +395,13 @@ ACTUATOR_STATES = (("angle", "rate", "", "rad"), ("rate", "acceleration", " rate
 
 def _actuator_states(
     case: Case, name: str, array: str, which: tuple[int, ...], coefficients: tuple[float, ...]
-) -> list[Variable]:
+) -> list[LinearVariable]:
     """Angle and, for second order, rate of actuators, one per blade."""
     x, highest = [], MOTION[len(coefficients)]
     for c, (row, rate, what, unit) in zip(coefficients, ACTUATOR_STATES, strict=False):
         for b in range(case.model.n_blades):
-            own, push, grows = (_place(case, array, r, *which, b) for r in (row, highest, rate))
-            x.append(Variable(f"blade {b + 1} {name}{what}", unit, ((own, 1.0), (push, -c)), grows))
+            states, push, grows = (_place(case, array, r, *which, b) for r in (row, highest, rate))
+            x.append(LinearVariable(f"blade {b + 1} {name}{what}", unit, ((states, 1.0), (push, -c)), grows))
     return x
 
 
@@ -434,25 +434,25 @@ def _stalling(case: Case, point: OperatingPoint, azimuths: Sequence[float]) -> N
     return active
 
 
-def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Variable]:
+def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[LinearVariable]:
     model, B = case.model, case.model.n_blades
     wind = point.wind
     actuator = _pitch_actuator(case)
     pitch = [(_demand(case, "pitch", (b,), actuator),) for b in range(B)]
     torque = _place(case, "drive", "generator_torque")
     known = {
-        "generator_torque": Variable("", "N m", ((torque, 1.0),), value=point.generator_torque),
-        "pitch": Variable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
-        **{f"pitch_{b + 1}": Variable("", "rad", pitch[b], value=point.pitch) for b in range(B)},
-        "yaw": Variable("", "rad", ((_place(case, "drive", "yaw_command"), 1.0),)),
-        "yaw_rate": Variable("", "rad/s", ((_place(case, "drive", "yaw_command_rate"), 1.0),)),
+        "generator_torque": LinearVariable("", "N m", ((torque, 1.0),), value=point.generator_torque),
+        "pitch": LinearVariable("", "rad", tuple(p for (p,) in pitch), value=point.pitch),
+        **{f"pitch_{b + 1}": LinearVariable("", "rad", pitch[b], value=point.pitch) for b in range(B)},
+        "yaw": LinearVariable("", "rad", ((_place(case, "drive", "yaw_command"), 1.0),)),
+        "yaw_rate": LinearVariable("", "rad/s", ((_place(case, "drive", "yaw_command_rate"), 1.0),)),
     }
     for part in case.parts:
         known |= part.inputs(case, point)
     for j in range(model.n_flaps):
         actuator = _flap_actuator(case, j)
         for b in range(B):
-            known[f"flap_{j + 1}_{b + 1}"] = Variable("", "rad", (_demand(case, "flap", (j, b), actuator),))
+            known[f"flap_{j + 1}_{b + 1}"] = LinearVariable("", "rad", (_demand(case, "flap", (j, b), actuator),))
     columns = {
         "wind_speed": ("gust", wind.speed),
         "vertical_wind": ("vertical", 0.0),
@@ -463,23 +463,23 @@ def _inputs(case: Case, point: OperatingPoint, names: Sequence[str]) -> list[Var
     }
     for name, (column, value) in columns.items():
         i = WindNow.index(column)
-        known[name] = Variable("", WindNow.rows[i].unit, ((("series", i), 1.0),), value=value)
-    found = []
+        known[name] = LinearVariable("", WindNow.rows[i].unit, ((("series", i), 1.0),), value=value)
+    inputs = []
     for name in names:
         if name not in known:
             raise InputError(f"linearise: no input {name!r}: {did_you_mean(name, known)}")
-        found.append(Variable(name, known[name].unit, known[name].moves, value=known[name].value))
-    return found
+        inputs.append(LinearVariable(name, known[name].unit, known[name].moves, value=known[name].value))
+    return inputs
 
 
-def _outputs(case: Case, channels: Sequence[Channel]) -> list[Variable]:
-    found = []
+def _outputs(case: Case, channels: Sequence[Channel]) -> list[LinearVariable]:
+    outputs = []
     for channel in channels:
         array, what = channel.source
         if channel.wrap or array == "demands" or (array, what) in (("q", "generator"), ("summary", "time")):
             raise InputError(f"linearise: {channel.name!r} is not an output of a linear model")
-        found.append(Variable(channel.name, channel.unit, shows=("signals", case.place(channel))))
-    return found
+        outputs.append(LinearVariable(channel.name, channel.unit, shows=("signals", case.place(channel))))
+    return outputs
 
 
 def _blade_of(name: str) -> tuple[str, int, str] | None:
@@ -490,14 +490,14 @@ def _blade_of(name: str) -> tuple[str, int, str] | None:
 
 def _of_all_blades(names: Sequence[str]) -> list[str]:
     """The names, with those of a blade completed to all three blades, each once."""
-    found: dict[str, None] = {}
+    completed: dict[str, None] = {}
     for name in names:
         of = _blade_of(name)
-        found.update(dict.fromkeys([name] if of is None else [f"{of[0]}{b}{of[2]}" for b in (1, 2, 3)]))
-    return list(found)
+        completed.update(dict.fromkeys([name] if of is None else [f"{of[0]}{b}{of[2]}" for b in (1, 2, 3)]))
+    return list(completed)
 
 
-def _triples(variables: Sequence[Variable]) -> NDArray[np.intp]:
+def _triples(variables: Sequence[LinearVariable]) -> NDArray[np.intp]:
     """(quantities, 3) indices of the three blades for each blade quantity."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, variable in enumerate(variables):

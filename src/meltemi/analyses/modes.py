@@ -91,8 +91,8 @@ def natural_modes(
     """Natural modes of the turbine in vacuum, lowest frequency first.
 
     Args:
-      rotor_speed: [rad/s].
-      pitch: [rad] of all blades.
+      rotor_speed: [rad/s] speed of the rotor.
+      pitch: [rad] pitch angle of all blades.
       generator_free: whether the generator may rotate about its mean speed; otherwise its speed is prescribed.
 
     Raises:
@@ -145,14 +145,14 @@ def eigenmodes(K: Float, D: Float, names: tuple[str, ...]) -> list[Mode]:
     A = np.block([[np.zeros((n, n)), np.eye(n)], [K, D]])
     value, vector = np.linalg.eig(A)
     factor = np.abs(np.linalg.pinv(vector).T * vector)
-    found = []
+    modes = []
     for i in np.argsort(np.abs(value)):
         if value[i].imag > 1e-6:
             shape = vector[:n, i]
             shape = shape / shape[np.argmax(np.abs(shape))]
             energy = factor[:n, i] + factor[n:, i]
-            found.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape, energy))
-    return found
+            modes.append(Mode(abs(value[i]), float(-value[i].real / abs(value[i])), names, shape, energy))
+    return modes
 
 
 def growing(case: Case) -> str:
@@ -182,8 +182,8 @@ def growing(case: Case) -> str:
         return ""
     value, left, right = eig(A, left=True)
     factor = np.abs(left.conj() * right)
-    own = factor[: 2 * n].sum(axis=0) > 0.5 * factor.sum(axis=0)
-    damping = np.where(own & (value.imag >= 0.0), _damping(value), np.inf)
+    structural = factor[: 2 * n].sum(axis=0) > 0.5 * factor.sum(axis=0)
+    damping = np.where(structural & (value.imag >= 0.0), _damping(value), np.inf)
     i = int(np.argmin(damping))
     if damping[i] > GROWING:
         return ""

@@ -67,9 +67,9 @@ def parked_point(
       yaw misalignment.
         rotor_speed: [rad/s], 0 at rest; ``"idling"`` releases the rotor: it comes to rest at the next azimuth at which
           its torque balances, if there is one, else it rotates at the speed at which the mean torque balances.
-      pitch: [rad] of all blades; by default feather, the largest pitch of the actuator.
-      azimuth: [rad] of blade 1.
-      generator_torque: [N m].
+      pitch: [rad] pitch angle of all blades; by default feather, the largest pitch of the actuator.
+      azimuth: [rad] azimuth of blade 1.
+      generator_torque: [N m] generator torque.
 
     Raises:
       InputError: there is no equilibrium, or the rotor runs away instead of idling.
@@ -97,7 +97,7 @@ def parked_point(
 
 @one_blas_thread
 def standing_point(model: BladedModel, wind: SteadyWind, pitch: float, azimuth: float) -> OperatingPoint:
-    """Equilibrium at standstill without a check of its stability; arguments and errors as of :func:`parked_point`."""
+    """Equilibrium at standstill without a check of its stability; arguments and errors as for :func:`parked_point`."""
     return _stand(model, wind, pitch, azimuth, 0.0, judged=False)
 
 

@@ -39,10 +39,10 @@ def rotor_performance(
 
     Args:
       tip_speed_ratio: values above zero.
-      pitch: [rad].
+      pitch: [rad] pitch angles.
       options: aerodynamic models; their steady variants are used.
       wind_speed: [m/s]; the coefficients do not depend on it.
-      straight: without tilt, cone and tower influence; otherwise the rotor as built.
+      straight: whether the rotor is taken without tilt, cone and tower influence; otherwise the rotor as built.
       azimuths: positions over one sector between blades, for the rotor as built.
 
     Raises:

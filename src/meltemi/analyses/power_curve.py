@@ -18,11 +18,11 @@ from meltemi.turbine.power_turbine import AnyTurbine
 HALVINGS = 5
 """Bisections of the wind speeds that bracket rated wind speed: from 1 m/s to 3 cm/s."""
 PEAK_HALVINGS = 3
-"""Those of the intervals beside the largest thrust, whose curve is flat there unless the peak is at rated wind."""
+"""Bisections of the intervals beside the largest thrust, whose curve is flat unless the peak is at rated wind."""
 RATED_PITCH = 1e-3
 """[rad] pitch above the smallest one at which the turbine counts as above rated."""
 FINEST = 0.05
-"""[m/s] interval that is fine enough."""
+"""[m/s] interval below which none is halved."""
 THRUST = "rotor_aero_thrust"
 
 
@@ -49,29 +49,30 @@ def power_curve(
     Args:
       wind_speeds: [m/s]; by default all whole numbers from cut-in to cut-out, and then points that bracket rated wind
         speed and the peak of thrust.
-      controller: with one, the points are the means of runs in steady wind (:func:`controlled_point`).
+      controller: controller of the runs: with one, the points are the means of runs in steady wind
+        (:func:`controlled_point`).
     """
-    found: dict[float, OperatingPoint] = {}
+    points: dict[float, OperatingPoint] = {}
 
     def at(speed: float) -> tuple[float, OperatingPoint | str]:
         try:
             point = rotors.operating_point(model, speed)
-            found[speed] = controlled_point(model, controller, point) if controller else point
+            points[speed] = controlled_point(model, controller, point) if controller else point
         except (MeltemiError, ValueError, ArithmeticError) as error:
             return speed, str(error)
-        return speed, found[speed]
+        return speed, points[speed]
 
     yield from map(at, whole_speeds(model.turbine) if wind_speeds is None else wind_speeds)
     if wind_speeds is not None:
         return
     for _ in range(HALVINGS):
-        above = [u for u in sorted(found) if above_rated(model.turbine, found[u])]
-        below = [u for u in sorted(found) if above and u < above[0]]
+        above = [u for u in sorted(points) if above_rated(model.turbine, points[u])]
+        below = [u for u in sorted(points) if above and u < above[0]]
         if not below:
             break
         yield at(0.5 * (below[-1] + above[0]))
     for _ in range(PEAK_HALVINGS):
-        thrust = {u: found[u][THRUST] for u in sorted(found) if THRUST in found[u].channels}
+        thrust = {u: points[u][THRUST] for u in sorted(points) if THRUST in points[u].channels}
         peak = max(range(len(thrust)), key=[*thrust.values()].__getitem__, default=0)
         for low, high in pairwise([*thrust][max(peak - 1, 0) : peak + 2]):
             if high - low > FINEST:

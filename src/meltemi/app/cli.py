@@ -121,7 +121,7 @@ def run(
     yaw: Annotated[float | None, "Yaw of the nacelle [deg], counter-clockwise from above [0]."] = None,
     transient: Annotated[float | None, "Initial transient, excluded from statistics [s] [0]."] = None,
     outb: Annotated[bool, "Also write the result as OpenFAST's binary output."] = False,
-    seen: Annotated[bool, "--view", "Also write the turbine in three dimensions (HTML)."] = False,
+    with_view: Annotated[bool, "--view", "Also write the turbine in three dimensions (HTML)."] = False,
     save_state: Annotated[Path | None, "Save the state at the end, for --continue."] = None,
     resume: Annotated[Path | None, "--continue", "Continue the same case from a saved state."] = None,
     until: Annotated[float | None, "Stop at this time [s], before the end of the case."] = None,
@@ -136,20 +136,20 @@ def run(
     from meltemi.core.yamlfile import write_record
     from meltemi.simulation.simulate import march
 
-    own = {} if transient is None else {"transient": f"{transient:g}"}
-    own |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
-    changed = written and bool(own or options.given())
+    settings = {} if transient is None else {"transient": f"{transient:g}"}
+    settings |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
+    changed = written and bool(settings or options.given())
     if changed and path.resolve() == (out / "case.yaml").resolve():
         raise InputError(
             f"{path} describes the results in {out}, and options change it; choose another folder with --out"
         )
-    case = case.replace(**own) if own else case
+    case = case.replace(**settings) if settings else case
     # the run itself warns of the others
     warn(text for text in unusual_numbers(case) if not text.startswith(("wind.", "environment.", "sea.")))
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):
-        described = replace(case_run(case, turbine, folder, Path(kept)), view=seen or case.view)
+        described = replace(case_run(case, turbine, folder, Path(kept)), view=with_view or case.view)
         if not written:
             described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
@@ -188,7 +188,7 @@ def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
 
 
 def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
-    """The case of a target and options, and whether it stands in a file of its own."""
+    """The case of a target and options, and whether it is that of a case file."""
     path = Path(target)
     if path.suffix.lower() == ".fst":
         return _case_of_deck(path, given), False
@@ -234,7 +234,7 @@ def _tell(result: Result) -> None:
 
 
 def _after_run(case: LoadCase, folder: Path, out: Path) -> tuple[object, ...]:
-    """The same turbine in turbulence after steady wind, otherwise over all wind speeds."""
+    """The next command after a run: the turbine in turbulence after steady wind, otherwise over all wind speeds."""
     if Path(case.turbine).suffix == ".fst":
         return ("import", folder / case.turbine, "--out", out)
     turbine = folder / case.turbine if (folder / case.turbine).is_file() else case.turbine
@@ -279,19 +279,19 @@ def _case_of_deck(path: Path, given: dict[str, Any]) -> LoadCase:
     deck = meltemi.io.read_deck(path)
     for words in deck.brief(path):
         say(words)
-    own, note = meltemi.io.deck_controller(deck)
+    controller, note = meltemi.io.deck_controller(deck)
     if {"--controller", "--controller-input"} & given.keys():
-        own, note = controller_of(given.get("--controller"), given.get("--controller-input")), ""
+        controller, note = controller_of(given.get("--controller"), given.get("--controller-input")), ""
     if note:
         say(f"note: {note}")
-    case = meltemi.io.deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=own)
+    case = meltemi.io.deck_case(deck, path.absolute(), started=given.get("--start") == "deck", controller=controller)
     return _changed(case, given, {})
 
 
 def _run_of_options(given: dict[str, Any]) -> dict[str, Any]:
     """Keys of a case that describe the run, from options."""
-    found = {key: given[f"--{key}"] for key in ("duration", "sea", "channels") if f"--{key}" in given}
-    return found | ({"sea": sea_of_options(found["sea"])} if "sea" in found else {})
+    keys = {key: given[f"--{key}"] for key in ("duration", "sea", "channels") if f"--{key}" in given}
+    return keys | ({"sea": sea_of_options(keys["sea"])} if "sea" in keys else {})
 
 
 def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
@@ -306,7 +306,7 @@ def _case_of_options(target: str, given: dict[str, Any]) -> LoadCase:
 
 
 def _usual_duration(wind: dict[str, Any]) -> float:
-    """[s] a minute, which begins with the gust if there is one."""
+    """[s] usual duration of a run: a minute, which begins with the gust if there is one."""
     from meltemi.iec.gusts import BEGIN
     from meltemi.iec.models import MODELS
 
@@ -332,8 +332,8 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
 
 def _library_files(kept: Path, out: Path) -> list[Path]:
     """Copy the output and files of a controller library to the results."""
-    found = [file for file in sorted(kept.glob("*/*")) if file.is_file() and file.stat().st_size]
-    return [Path(shutil.copyfile(file, out / file.name)) for file in found]
+    files = [file for file in sorted(kept.glob("*/*")) if file.is_file() and file.stat().st_size]
+    return [Path(shutil.copyfile(file, out / file.name)) for file in files]
 
 
 @app.command()
@@ -367,10 +367,10 @@ def channels(
     search: Annotated[str | None, "Only channels whose name or description contains this text."] = None,
 ) -> None:
     """List the output channels, or explain one of them."""
-    from meltemi.simulation.channels import Contents, catalogue, every_kind, find
+    from meltemi.simulation.channels import ChannelSet, catalogue, every_kind, find
 
     if explain is not None:
-        many = catalogue(Contents(nodes=20, blade_stations=3, tower_stations=3, flaps=4))
+        many = catalogue(ChannelSet(nodes=20, blade_stations=3, tower_stations=3, flaps=4))
         c = find(explain, every_kind() | many)
         unit, factor = c.display_unit
         print(f"{c.name}")
@@ -449,7 +449,7 @@ def campbell(
     speeds: Annotated[str | None, "--wind-speeds", "Wind speeds [m/s], e.g. 4,6,8 or 4:24:2."] = None,
     rotor_speeds: Annotated[str | None, "Instead: rotor speeds [rpm], in vacuum; 0 is standstill."] = None,
     vacuum: Annotated[bool, "Structure in vacuum, generator speed constant."] = False,
-    seen: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
+    with_view: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute natural frequencies and damping ratios: table, plot, CSV."""
@@ -482,7 +482,7 @@ def campbell(
         for i in shown
         for what, numbers in (("Hz", diagram.frequency / (2.0 * pi)), ("damping %", 100.0 * diagram.damping))
     ]
-    # shown once, where the mode is found first
+    # shown once, at the first operating point with the mode
     energy = [next(filter(None, (diagram.participation(label, i, 2) for i in shown)), "") for label in diagram.labels]
     rows = [[label, *(number(float(v[j])) for _, v in columns), energy[j]] for j, label in enumerate(diagram.labels)]
     print_table(
@@ -493,9 +493,9 @@ def campbell(
     )
     if len(shown) <= last:
         print(f"{len(shown)} of {last + 1} operating points; campbell.csv has all of them")
-    drawn = meltemi.plots.plot_campbell(diagram, described.name)
-    wrote(*write_results(out / "campbell", campbell_rows(diagram), drawn))
-    if seen:
+    figure = meltemi.plots.plot_campbell(diagram, described.name)
+    wrote(*write_results(out / "campbell", campbell_rows(diagram), figure))
+    if with_view:
         wrote(meltemi.plots.modes_view(model, diagram).write(out / "modes.html"))
     suggest("flutter", turbine, "--out", out)
     if turns:

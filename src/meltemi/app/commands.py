@@ -89,8 +89,8 @@ class Commands(TyperGroup):
     def _add_registered(self, name: str | None = None) -> None:
         from importlib.metadata import entry_points
 
-        found = entry_points(group=GROUP)
-        for entry in sorted(found if name is None else found.select(name=name)):
+        registered = entry_points(group=GROUP)
+        for entry in sorted(registered if name is None else registered.select(name=name)):
             if entry.name not in self.commands:
                 self.add_command(_command(entry), entry.name)
 

@@ -25,12 +25,12 @@ Kind = TypeVar("Kind", bound="Record")
 def completing(
     names: Callable[[], Mapping[str, str]], *, several: bool = False
 ) -> Callable[[str], list[tuple[str, str]]]:
-    """Completion in a shell: names that begin as typed, with what they are; the last of ``several`` with commas."""
+    """Completion in a shell: names that begin as typed, with their meaning; the last of ``several`` with commas."""
 
     def complete(incomplete: str) -> list[tuple[str, str]]:
         before, comma, last = incomplete.rpartition(",") if several else ("", "", incomplete)
-        found = names().items()
-        return [(before + comma + name, about) for name, about in found if name.startswith(last)]
+        candidates = names().items()
+        return [(before + comma + name, about) for name, about in candidates if name.startswith(last)]
 
     return complete
 
@@ -124,8 +124,8 @@ class WindOptions(Options):
 
     def given(self) -> dict[str, Any]:
         """The given options under their names on the command line."""
-        found = super().given()
-        return found | {"--iec": "NTM"} if found.pop("--ntm") else found
+        options = super().given()
+        return options | {"--iec": "NTM"} if options.pop("--ntm") else options
 
 
 CHANNELS = completing(channel_names, several=True)
@@ -134,7 +134,7 @@ CHANNELS = completing(channel_names, several=True)
 
 @dataclass(frozen=True)
 class RunOptions(WindOptions):
-    """Options of a simulation that stand for keys of a case file."""
+    """Options of a simulation that replace keys of a case file."""
 
     seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
     direction: DirectionOption = None
@@ -161,7 +161,7 @@ def load_aeroelastic(name: str, what: str) -> Turbine:
 
 
 def of_options(data: dict[str, Any], kind: type[Kind], where: str = "command line") -> Kind:
-    """A record of what options say, which stand in messages as ``where``."""
+    """A record of the keys and values of options; messages begin with ``where``."""
     from meltemi.core.yamlfile import validated
 
     return validated(data, kind, where)
@@ -188,7 +188,7 @@ def is_case(path: Path) -> bool:
 SPEED = {"--wind-speed": "speed", "--turbulence": "intensity", "--seed": "seed"}
 STANDARD = {"--wind-class": "wind_class", "--edition": "edition", "--begin": "begin"}
 FURTHER = {"--shear": "shear_exponent", "--spectrum": "spectrum"}
-"""Options and keys of a wind; the last ones stand under ``turbulence`` in a wind of IEC 61400-1."""
+"""Options and keys of a wind; the last ones are below ``turbulence`` in a wind of IEC 61400-1."""
 TURNED = {"--direction": "direction"}
 WIND = {*SPEED, *STANDARD, *FURTHER, *TURNED, "--iec", "--wind-file"}
 """Options of a wind."""
@@ -196,8 +196,8 @@ WIND = {*SPEED, *STANDARD, *FURTHER, *TURNED, "--iec", "--wind-file"}
 
 def _keyed(given: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
     """The values of given options by their keys, a direction in radians."""
-    found = {key: given[name] for name, key in names.items() if name in given}
-    return found | ({"direction": radians(found["direction"])} if "direction" in found else {})
+    values = {key: given[name] for name, key in names.items() if name in given}
+    return values | ({"direction": radians(values["direction"])} if "direction" in values else {})
 
 
 def wind_changed(given: Mapping[str, Any], before: Mapping[str, Any], known: Collection[str]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Scans: their values from the command line, and the report of what failed."""
+"""Values of scans from the command line, and messages on failed points."""
 
 from __future__ import annotations
 
@@ -62,10 +62,10 @@ def pairs_of(text: str, option: str, expected: str = "NAME=VALUE") -> dict[str, 
     Raises:
       InputError: it is something else.
     """
-    found = [part.partition("=") for part in text.split(",") if part.strip()]
-    if not found or any(not (name.strip() and sign and value.strip()) for name, sign, value in found):
+    pairs = [part.partition("=") for part in text.split(",") if part.strip()]
+    if not pairs or any(not (name.strip() and sign and value.strip()) for name, sign, value in pairs):
         raise InputError(f"{option} {text!r}: expected {expected}, separated by commas")
-    return {name.strip(): value.strip() for name, _, value in found}
+    return {name.strip(): value.strip() for name, _, value in pairs}
 
 
 def numbers_of(text: str, option: str, expected: str = "NAME=NUMBER") -> dict[str, float]:
@@ -78,10 +78,10 @@ def numbers_of(text: str, option: str, expected: str = "NAME=NUMBER") -> dict[st
 
 def angles_of(text: str, option: str) -> list[float]:
     """Angles [deg] from text, as :func:`values_of`, none beyond half a turn."""
-    found = values_of(text, option)
-    if not all(abs(angle) <= 180.0 for angle in found):
+    angles = values_of(text, option)
+    if not all(abs(angle) <= 180.0 for angle in angles):
         raise InputError(f"{option} {text!r}: expected angles between -180 and 180 deg")
-    return found
+    return angles
 
 
 def speeds_of(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, zero: bool = False) -> list[float]:
@@ -90,7 +90,7 @@ def speeds_of(text: str, option: str = "--wind-speeds", unit: str = "m/s", *, ze
     Raises:
       InputError: a speed is not positive (with ``zero``: negative) or above 100.
     """
-    found = values_of(text, option)
-    if not all(0.0 < speed <= 100.0 or (zero and speed == 0.0) for speed in found):
+    speeds = values_of(text, option)
+    if not all(0.0 < speed <= 100.0 or (zero and speed == 0.0) for speed in speeds):
         raise InputError(f"{option} {text!r}: expected speeds between 0 and 100 {unit}")
-    return found
+    return speeds

@@ -1,4 +1,4 @@
-"""Commands whose arguments and options stand in the signature of their function, in a line each.
+"""Commands whose arguments and options are declared in the signature of their function, in a line each.
 
 A parameter without a default is an argument of the command, one with a default is an option of its name::
 
@@ -7,11 +7,11 @@ A parameter without a default is an argument of the command, one with a default 
         seeds: Annotated[int, "Number of wind fields.", Range(1, 1000)] = 2,
         deep_stall: Annotated[Literal["given", "plate"], "Polars in deep stall."] = "given",
         channels: Annotated[tuple[str, ...], "Channels, separated by commas."] = (),
-        seen: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
+        with_view: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
     ) -> None:
 
-After the type stand the help, other names of the option, which begin with ``-``, the completion of its values in a
-shell, and its range. Choices (``Literal``) and ranges are checked before the function is called, and the folder of an
+The type is followed by the help, other names of the option, which begin with ``-``, the completion of its values in
+a shell, and its range. Choices (``Literal``) and ranges are checked before the function is called, and the folder of an
 ``OutOption`` is there and can be written. A record (data class) in place of an option has one for each of its fields.
 Whatever Typer takes is passed on as it is.
 """
@@ -52,12 +52,12 @@ class Range:
         """Raise InputError for a value beyond the range."""
         if self.least <= value <= self.most and not (self.above and value == self.least):
             return
-        least, most, found = (str(x) if isinstance(x, int) else f"{x:g}" for x in (self.least, self.most, value))
+        least, most, shown = (str(x) if isinstance(x, int) else f"{x:g}" for x in (self.least, self.most, value))
         if self.above:
             expected = f"more than {least}" if self.most == inf else f"more than {least} and at most {most}"
         else:
             expected = f"{least} or more" if self.most == inf else f"{least} to {most}"
-        raise InputError(f"{option} {found}: expected {expected}")
+        raise InputError(f"{option} {shown}: expected {expected}")
 
 
 POSITIVE = Range(0, above=True)

@@ -1,4 +1,4 @@
-"""What the commands share: progress, tables, files and the next command as text or JSON, the output folder."""
+"""Output of the commands: progress, tables, files and the next command as text or JSON; the output folder."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def simulation_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[C
 
 @contextmanager
 def progress_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[Callable[[float], None]]:
-    """A progress bar with rate and time left on a terminal, otherwise none; without a share it shows that work goes on.
+    """A progress bar with rate and time left on a terminal, otherwise none; it moves to and fro until a share is known.
 
     Args:
-      what: shown beside the bar.
-      amount: of the whole work, in ``unit``, for the rate; 0 shows no rate.
+      what: text beside the bar.
+      amount: amount of the whole work, in ``unit``, for the rate; 0 shows no rate.
       unit: what is counted, such as runs; ``s`` is simulated time.
     """
     from rich.console import Console
@@ -90,7 +90,7 @@ def time_left(gained: float, seconds: float, rest: float) -> str:
 
 @dataclass
 class _Output:
-    """What the command that runs has printed, or will print as JSON."""
+    """Output of the running command, printed or kept for JSON."""
 
     json: bool = False
     tables: list[dict[str, Any]] = field(default_factory=list)
@@ -115,7 +115,7 @@ def output(command: str, as_json: bool) -> Iterator[None]:
     except typer.Exit:  # of incomplete results
         _end(command, now, text.getvalue())
         raise
-    except (MeltemiError, OSError) as error:  # told on stderr by the entry point
+    except (MeltemiError, OSError) as error:  # the entry point prints it to stderr
         if as_json:
             now.values["error"], now.next = str(error), ""
             _end(command, now, text.getvalue())
@@ -133,9 +133,9 @@ def _end(command: str, now: _Output, text: str) -> None:
         return
     import json
 
-    found = {"command": command, "tables": now.tables, **now.values, "notes": text.splitlines()}
-    found |= {"messages": now.messages, "files": now.files, "next": now.next}
-    print(json.dumps(found, indent=1, ensure_ascii=False))
+    report = {"command": command, "tables": now.tables, **now.values, "notes": text.splitlines()}
+    report |= {"messages": now.messages, "files": now.files, "next": now.next}
+    print(json.dumps(report, indent=1, ensure_ascii=False))
 
 
 def say(text: str) -> None:
@@ -237,11 +237,11 @@ def records(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], text
         names.append(name)
         if match:
             units[name] = match[2]
-    found = [
+    objects = [
         {name: _plain(cell, i < text_columns) for i, (name, cell) in enumerate(zip(names, row, strict=False))}
         for row in rows
     ]
-    return {"title": title, "units": units, "rows": found}
+    return {"title": title, "units": units, "rows": objects}
 
 
 def _plain(cell: str, text: bool) -> str | float | int | None:

@@ -28,7 +28,7 @@ class Stage:
     """Result of one compilation stage.
 
     Attributes:
-      name: of the stage.
+      name: name of the stage.
       seconds: wall time of its process.
       signatures: number of signatures used, of functions called from Python.
       compiled: number of these that were not in the cache.
@@ -77,7 +77,7 @@ def warmup(
 
 
 def compile_beside(name: str) -> None:
-    """Compile a stage in a second process while this one goes on; with a single core, not at all."""
+    """Compile a stage in a second process while this one continues; with a single core, not at all."""
     if available_cores() > 1:
         _BESIDE.append(Popen(_command(name), stdout=DEVNULL, stderr=DEVNULL))
 
@@ -99,7 +99,7 @@ def _process(name: str) -> Stage:
     return Stage(name, time.perf_counter() - began, **json.loads(ended.stdout))
 
 
-def _machine(turbine: str = "nrel5mw", **options: Any) -> tuple[Any, Any]:
+def _machine(turbine: Any = "nrel5mw", **options: Any) -> tuple[Any, Any]:
     """A model and a wind; all turbines, winds and options, but for ``blade_model`` and
     ``electrical``, use the same machine code."""
     from meltemi.simulation.options import ModelOptions
@@ -107,7 +107,8 @@ def _machine(turbine: str = "nrel5mw", **options: Any) -> tuple[Any, Any]:
     from meltemi.turbine.library import load_turbine
     from meltemi.wind.fields import SteadyWind
 
-    return build(load_turbine(turbine), ModelOptions(**options)), SteadyWind(speed=12.0)
+    described = load_turbine(turbine) if isinstance(turbine, str) else turbine
+    return build(described, ModelOptions(**options)), SteadyWind(speed=12.0)
 
 
 def _runs() -> None:
@@ -125,7 +126,7 @@ def _runs() -> None:
     bin_cycles(rainflow_cycles(result["rotor_speed"]))
 
 
-def _march(turbine: str = "nrel5mw", **options: Any) -> None:
+def _march(turbine: Any = "nrel5mw", **options: Any) -> None:
     """A short run."""
     from meltemi.simulation.simulate import simulate
 
@@ -135,17 +136,12 @@ def _march(turbine: str = "nrel5mw", **options: Any) -> None:
 def _electrical() -> None:
     """Time loop of a turbine with an electrical system."""
     from meltemi.electrical.system import size_electrical
-    from meltemi.simulation.options import ModelOptions
-    from meltemi.simulation.rotors import build
-    from meltemi.simulation.simulate import simulate
     from meltemi.turbine.library import load_turbine
-    from meltemi.wind.fields import SteadyWind
 
     turbine = load_turbine("nrel5mw")
     law = turbine.control
     sized = size_electrical(rated_power=law.torque.rated_power, rated_speed=law.pitch.reference_speed)
-    model = build(turbine.replace(electrical=sized), ModelOptions(electrical="averaged"))
-    simulate(model, SteadyWind(speed=12.0), duration=0.1)
+    _march(turbine.replace(electrical=sized), electrical="averaged")
 
 
 def _turbulence() -> None:

@@ -4,7 +4,7 @@
 
 Standard input brings the first RECORDS records of the swap array, as float32, once a call; standard output answers
 with ``aviFAIL`` and the length of a message (int32), the same records, and the message. The first answer, to no
-request, says whether the library could be loaded. What the library prints goes to standard error, a file.
+request, states whether the library could be loaded. Output of the library goes to standard error, a file.
 """
 
 from __future__ import annotations

@@ -18,9 +18,9 @@ from meltemi.core.files import reading
 from meltemi.turbine.power_turbine import AnyTurbine
 
 FIRST_CALL = 3.0
-"""The first call, which reads files, may take this many times as long as the others."""
+"""Time limit of the first call, which reads files, over that of the others."""
 MOST_MESSAGES = 10
-"""Different ones of a library that are kept as warnings."""
+"""Largest number of different messages of a library that are kept as warnings."""
 LIBRARY_BEGINS = (
     *(b"\x7fELF", b"MZ"),
     *(b"\xfe\xed\xfa\xce", b"\xfe\xed\xfa\xcf", b"\xce\xfa\xed\xfe", b"\xcf\xfa\xed\xfe", b"\xca\xfe\xba\xbe"),

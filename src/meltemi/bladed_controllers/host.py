@@ -27,9 +27,9 @@ from meltemi.core.errors import InputError, RunError
 CHILD = Path(__file__).with_name("child.py")
 LOG, ROOT = "library.log", "run"
 LAST_LINES = 6
-"""Of what a library printed, shown when it fails."""
-GOODBYE = 2.0
-"""[s] a library has for its last call."""
+"""Number of lines of the output of a library that are shown when it fails."""
+LAST_CALL = 2.0
+"""[s] time limit of the last call of a library."""
 
 
 @dataclass(frozen=True)
@@ -157,7 +157,7 @@ class Host:
         """Reason why the process no longer answers, for the message."""
         self._usable = False
         try:
-            code = self._process.wait(GOODBYE)
+            code = self._process.wait(LAST_CALL)
         except subprocess.TimeoutExpired:
             code = None
         if self._watch.overdue:
@@ -184,7 +184,7 @@ class Host:
         if self._usable and self._watch.idle and self._end.alive:
             self.records[0] = -1.0
             with contextlib.suppress(RunError):
-                self.call(GOODBYE)
+                self.call(LAST_CALL)
         self._usable = False
         self._end()
 
@@ -212,7 +212,7 @@ def _end(watch: _Watch, folder: Path | None) -> None:
     process.stdin.close()  # the process then ends and completes its files
     if watch.idle:
         with contextlib.suppress(subprocess.TimeoutExpired):
-            process.wait(GOODBYE)
+            process.wait(LAST_CALL)
     process.kill()
     process.wait()
     process.stdout.close()

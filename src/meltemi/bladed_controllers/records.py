@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from meltemi.turbine.power_turbine import AnyTurbine
 
 EXCHANGED = 164
-"""Records that are exchanged at a call: all below, with room to the start of OpenFAST's tables. Those beyond belong to
-the library, and are zero at its first call."""
+"""Number of records that are exchanged at a call: all below, up to OpenFAST's tables. Those beyond belong to the
+library, and are zero at its first call."""
 SIZE = 3300
 """Length of the swap array, that of OpenFAST with its extended records (platform, lidar, cables, dampers: all zero)."""
 MESSAGE_SIZE, NAME_SIZE = 4096, 65536
-"""Characters of the message and of the root name, of which a library is told."""
+"""Number of characters of the message and of the root name that is passed to a library."""
 LOGGING = 145
 """Record at which values for logging would begin."""
 
@@ -147,4 +147,4 @@ CONSTANTS: dict[str, Callable[[AnyTurbine], float]] = {
     "name size": lambda t: NAME_SIZE,
     "size": lambda t: SIZE,
 }
-"""Records that stay as they are during a run."""
+"""Values of the constant records of a run."""

@@ -108,7 +108,7 @@ class FileCase(Record):
     grid: Hawc2Grid | None = None
     """Of a HAWC2 turbulence box without its ``.hawc2.yaml``."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] clockwise from above, by which the wind of the file is turned about the tower."""
+    """[rad] angle, clockwise from above, by which the wind of the file is rotated about the tower."""
 
 
 class StartCase(Record):
@@ -163,7 +163,7 @@ class LoadCase(Record):
     channels: tuple[str, ...] = tuple(DEFAULT)
     """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
-    """[s; 0.001 to 2] between records."""
+    """[s; 0.001 to 2] interval of the records."""
     transient: float = Field(default=0.0, ge=0.0)
     """[s; 1 to 3600] initial transient, recorded, but excluded from statistics and equivalent loads."""
     view: bool = False
@@ -337,7 +337,7 @@ def case_run(
     """The arguments of :func:`simulate` of a case; paths are relative to ``folder``, ``kept`` as for the controller.
 
     ``model`` is that of the turbine with the case's options and environment, and ``controller`` that of the case, if
-    they are made already.
+    they exist already.
     """
     same = ("duration", "channels", "output_step", "transient", "view", "events", "grid", "sea")
     model = model or build(turbine, case.options, case.environment)

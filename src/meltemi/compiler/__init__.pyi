@@ -83,9 +83,9 @@ from meltemi.compiler.records import Array4 as Array4
 from meltemi.compiler.records import Box as Box
 from meltemi.compiler.records import Constant as Constant
 from meltemi.compiler.records import Ints as Ints
+from meltemi.compiler.records import KernelRecord as KernelRecord
 from meltemi.compiler.records import Kind as Kind
 from meltemi.compiler.records import Nodes as Nodes
-from meltemi.compiler.records import Record as Record
 from meltemi.compiler.records import Single as Single
 from meltemi.compiler.records import joined as joined
 from meltemi.compiler.records import members as members
@@ -97,7 +97,7 @@ from meltemi.compiler.tables import Numbers as Numbers
 from meltemi.compiler.tables import Rotations as Rotations
 from meltemi.compiler.tables import Symmetrics as Symmetrics
 from meltemi.compiler.tables import Table as Table
-from meltemi.compiler.tables import TableType as TableType
+from meltemi.compiler.tables import TableClass as TableClass
 from meltemi.compiler.tables import Vectors as Vectors
 from meltemi.compiler.tables import View as View
 from meltemi.compiler.tables import blades as blades

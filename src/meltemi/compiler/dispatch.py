@@ -27,7 +27,7 @@ from numba.core.typing.templates import AbstractTemplate, infer, infer_global
 
 from meltemi.compiler.kernels import in_turn
 from meltemi.compiler.linking import NARROWER
-from meltemi.compiler.record_types import Record, RecordType
+from meltemi.compiler.record_types import KernelRecord, RecordType
 from meltemi.compiler.records import leading
 
 P = ParamSpec("P")
@@ -41,7 +41,7 @@ class Variants(Generic[P, R]):
         self.__doc__, self.__name__, self.__module__ = function.__doc__, function.__name__, function.__module__
         names = list(signature(function).parameters)
         self.place, self.parameters = names.index(on), len(names)
-        self.on, self.texts = on, dict[type[Record], Callable[..., R]]()
+        self.on, self.texts = on, dict[type[KernelRecord], Callable[..., R]]()
         template = type(f"Variants({self.__name__})", (_Template,), {"key": self, "variants": self})
         infer(template)
         infer_global(self, types.Function(template))
@@ -51,11 +51,11 @@ class Variants(Generic[P, R]):
         self.texts[get_type_hints(text)[self.on]] = text
         return text
 
-    def called(self, record: type[Record]) -> list[Callable[..., R]]:
-        """What a call with a class of records calls."""
+    def called(self, record: type[KernelRecord]) -> list[Callable[..., R]]:
+        """The function that a call with a class of records calls."""
         return [self.texts[each] for each in record.__mro__ if each in self.texts][:1]
 
-    def of(self, record: type[Record]) -> Callable[..., R]:
+    def of(self, record: type[KernelRecord]) -> Callable[..., R]:
         """The variant for a class of records.
 
         Raises:
@@ -75,17 +75,17 @@ class Hook(Variants[P, None]):
 
     def __init__(self, function: Callable[P, None], on: str) -> None:
         super().__init__(function, on)
-        self.chains: dict[type[Record], Callable[..., None]] = {}
+        self.chains: dict[type[KernelRecord], Callable[..., None]] = {}
 
-    def called(self, record: type[Record]) -> list[Callable[..., None]]:
-        """What a call with a class of records calls."""
+    def called(self, record: type[KernelRecord]) -> list[Callable[..., None]]:
+        """The function that a call with a class of records calls."""
         return [self.texts[each] for each in record.__mro__ if each in self.texts]
 
-    def of(self, record: type[Record]) -> Callable[..., None]:
+    def of(self, record: type[KernelRecord]) -> Callable[..., None]:
         """The variants for a class of records, one after the other."""
         if record not in self.chains:
-            found = self.called(record)
-            self.chains[record] = found[0] if len(found) == 1 else in_turn(found, self.parameters)
+            called = self.called(record)
+            self.chains[record] = called[0] if len(called) == 1 else in_turn(called, self.parameters)
         return self.chains[record]
 
 
@@ -157,14 +157,14 @@ def _hints(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 @cache
-def _does_the_same(function: Callable[..., Any], record: type[Record], base: type[Record]) -> bool:
+def _does_the_same(function: Callable[..., Any], record: type[KernelRecord], base: type[KernelRecord]) -> bool:
     """Whether all variants that a kernel reaches are the same for a class of records and for a base of it."""
-    seen, ahead = set[Any](), [function]
+    visited, ahead = set[Any](), [function]
     while ahead:
         one = ahead.pop()
-        if one in seen:
+        if one in visited:
             continue
-        seen.add(one)
+        visited.add(one)
         for each in _mentioned(one):
             called = [each]
             if isinstance(each, Variants):

@@ -19,7 +19,7 @@ from numba.experimental.function_type import FunctionModel
 from numba.extending import NativeValue, intrinsic, register_model, typeof_impl, unbox
 
 CompilationError = NumbaError
-"""Of a function that Numba cannot compile; :func:`last_line` has the reason."""
+"""Error of a function that Numba cannot compile; :func:`last_line` has the reason."""
 
 
 def interpreted() -> bool:
@@ -58,7 +58,7 @@ def is_compiled_for(function: Any, signature: Any) -> bool:
 
 
 def last_line(error: BaseException) -> str:
-    """What a message of Numba says at its end, where the cause is."""
+    """The last line of a message of Numba, where the cause is."""
     return ([line.strip() for line in str(error).splitlines() if line.strip()] or [type(error).__name__])[-1]
 
 
@@ -72,8 +72,8 @@ def without_dispatch(function: Any, *arguments: Any) -> Any:
     if interpreted():
         return function
     kinds = tuple(map(numba.typeof, arguments))
-    found = function.overloads.get(kinds)
-    return found.entry_point if found else function.compile(kinds)
+    compiled = function.overloads.get(kinds)
+    return compiled.entry_point if compiled else function.compile(kinds)
 
 
 # functions and records by their addresses, in kernels ---------------------------------------------
@@ -88,15 +88,15 @@ class EntryPoint:
 
     Args:
       function: compiled for the signature.
-      signature: of Numba, such as ``types.void(types.float64)``.
+      signature: Numba's signature, such as ``types.void(types.float64)``.
     """
 
     def __init__(self, function: Any, signature: Any) -> None:
-        found = function.get_compile_result(signature)
+        compiled = function.get_compile_result(signature)
         self.function, self.type = function, EntryType(signature)
         self.wrapper, self.code = (
-            found.library.get_pointer_to_function(name)
-            for name in (found.fndesc.llvm_cfunc_wrapper_name, found.fndesc.llvm_func_name)
+            compiled.library.get_pointer_to_function(name)
+            for name in (compiled.fndesc.llvm_cfunc_wrapper_name, compiled.fndesc.llvm_func_name)
         )
 
     def __call__(self, *arguments: Any) -> None:
@@ -114,13 +114,13 @@ def _typeof(value: EntryPoint, context: Any) -> Any:
 
 @unbox(EntryType)
 def _unbox(kind: Any, value: Any, c: Any) -> Any:
-    made = cgutils.create_struct_proxy(kind)(c.context, c.builder)
-    made.py_addr = c.builder.bitcast(value, made.py_addr.type)
+    proxy = cgutils.create_struct_proxy(kind)(c.context, c.builder)
+    proxy.py_addr = c.builder.bitcast(value, proxy.py_addr.type)
     for field, name in (("c_addr", "wrapper"), ("jit_addr", "code")):
         number = c.pyapi.object_getattr_string(value, name)
-        setattr(made, field, c.pyapi.long_as_voidptr(number))
+        setattr(proxy, field, c.pyapi.long_as_voidptr(number))
         c.pyapi.decref(number)
-    return NativeValue(made._getvalue())
+    return NativeValue(proxy._getvalue())
 
 
 @cache
@@ -135,9 +135,9 @@ def function_at(kind: EntryType) -> Callable[[int, int, int], Any]:
     @intrinsic
     def function(typing_context: Any, c: Any, py: Any, jit: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            made, pointer = cgutils.create_struct_proxy(kind)(context, builder), ir.IntType(8).as_pointer()
-            made.c_addr, made.py_addr, made.jit_addr = (builder.inttoptr(a, pointer) for a in arguments)
-            return made._getvalue()
+            proxy, pointer = cgutils.create_struct_proxy(kind)(context, builder), ir.IntType(8).as_pointer()
+            proxy.c_addr, proxy.py_addr, proxy.jit_addr = (builder.inttoptr(a, pointer) for a in arguments)
+            return proxy._getvalue()
 
         return kind(types.int64, types.int64, types.int64), generate
 

@@ -88,8 +88,8 @@ def whole(x: Any) -> Any:
 @_for_floats
 def neighbours(box: Any, i: Any, k: Any, j: Any) -> Any:
     """The vectors ``box[i, k, j]`` and ``box[i, k, j + 1]`` of a box in single precision: six numbers."""
-    here, there = box[i, k, j], box[i, k, j + 1]
-    return float(here[0]), float(here[1]), float(here[2]), float(there[0]), float(there[1]), float(there[2])
+    lower, upper = box[i, k, j], box[i, k, j + 1]
+    return float(lower[0]), float(lower[1]), float(lower[2]), float(upper[0]), float(upper[1]), float(upper[2])
 
 
 @_for_floats

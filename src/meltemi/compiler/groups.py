@@ -130,10 +130,10 @@ def _unbox(kind: Any, value: Any, c: Any) -> Any:
 
 @box(GroupType)
 def _box(kind: Any, value: Any, c: Any) -> Any:
-    made = c.pyapi.unserialize(c.pyapi.serialize_object(kind.cls))
+    instance = c.pyapi.unserialize(c.pyapi.serialize_object(kind.cls))
     numbers = [c.box(kind.dtype, x) for x in split(c.builder, kind, value)]
-    result = c.pyapi.call_function_objargs(made, numbers)
-    for each in (made, *numbers):
+    result = c.pyapi.call_function_objargs(instance, numbers)
+    for each in (instance, *numbers):
         c.pyapi.decref(each)
     return result
 

@@ -26,14 +26,14 @@ def linked_code(function: Any, kinds: Sequence[Any]) -> tuple[str, str]:
       kinds: Numba's types of its arguments.
     """
     linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
-    found: list[Any] = []
-    linked.add_overload = found.append
+    libraries: list[Any] = []
+    linked.add_overload = libraries.append
     linked.compile(tuple(kinds))
-    library = found[0].library
+    library = libraries[0].library
     with global_compiler_lock:
         library._ensure_finalized()  # links what it calls
         super(linking.LinkedLibrary, library)._optimize_final_module()
-        return str(library._get_module_for_linking()), found[0].fndesc.llvm_func_name
+        return str(library._get_module_for_linking()), libraries[0].fndesc.llvm_func_name
 
 
 @contextmanager
@@ -61,7 +61,7 @@ def reverse_code(text: str) -> str:
 
 
 def target_name() -> str:
-    """What machine code of :func:`machine_code` depends on beside the code: processor and version of LLVM."""
+    """Target of :func:`machine_code`, on which machine code depends beside the code: processor and version of LLVM."""
     return f"{llvm.get_host_cpu_name()} {llvm.llvm_version_info}"
 
 
@@ -104,7 +104,7 @@ def object_code(function: Any, kinds: Sequence[Any], name: str, allowed: Collect
     Args:
       function: plain Python function.
       kinds: Numba's types of its arguments.
-      name: of the function in the object file, which hides all others.
+      name: name of the function in the object file, which hides all others.
       allowed: names of external functions that any program has.
     """
     code, inside = linked_code(function, kinds)

@@ -130,7 +130,7 @@ def _prune(base: Path, keep: Path) -> None:
 
     others = sorted((f for f in base.iterdir() if f.is_dir() and f != keep), key=used, reverse=True)
     for folder in others[KEEP_FOLDERS:]:
-        if time.time() - used(folder) > 3600.0:  # perhaps in use by a process that just started
+        if time.time() - used(folder) > 3600.0:  # a process that just started may use it
             shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -151,12 +151,12 @@ def announce() -> bool:
       Whether it was said.
     """
     global _looked
-    told = not (_looked or numba.config.DISABLE_JIT) and is_cold()
+    announced = not (_looked or numba.config.DISABLE_JIT) and is_cold()
     _looked = True
-    if told:
+    if announced:
         _FEATURES_TOLD.add(FEATURE)
         print(COLD, file=sys.stderr, flush=True)
-    return told
+    return announced
 
 
 PATIENCE = 1.0
@@ -280,7 +280,7 @@ def loose(function: F) -> F:
 
 
 def all_kernels() -> list[Any]:
-    """Every kernel of this process, as Numba's dispatcher."""
+    """Numba's dispatchers of all kernels of this process."""
     return list(_DISPATCHERS)
 
 

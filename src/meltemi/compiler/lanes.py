@@ -456,11 +456,11 @@ def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     for length, i in zip(shape[1:], at[1:], strict=True):
         flat = builder.add(builder.mul(flat, splat(builder, length)), builder.sext(i, _VL))
     entry = context.get_data_type(kind.dtype)
-    found = ir.Constant(ir.VectorType(entry, WIDTH), ir.Undefined)
+    vector = ir.Constant(ir.VectorType(entry, WIDTH), ir.Undefined)
     for k in range(WIDTH):
         place = builder.gep(array.data, [builder.extract_element(flat, _I32(k))], source_etype=entry)
-        found = builder.insert_element(found, builder.load(place, typ=entry), _I32(k))
-    return found if kind.dtype == types.float64 else builder.fpext(found, _VF)
+        vector = builder.insert_element(vector, builder.load(place, typ=entry), _I32(k))
+    return vector if kind.dtype == types.float64 else builder.fpext(vector, _VF)
 
 
 class _Neighbours(AbstractTemplate):
@@ -500,14 +500,14 @@ def _lower_neighbours(context: Any, builder: Any, sig: Any, args: Any) -> Any:
             parts.append(builder.load(at, align=4, typ=kind))
     # lanes 0 to 3 in the lower half of a register, 4 to 7 in the upper one
     halves = [_shuffle(builder, fours[i], fours[i + 4], [*range(8)]) for i in range(4)]
-    found = []
+    vectors = []
     for mixed in ([0, 8, 1, 9, 4, 12, 5, 13], [2, 10, 3, 11, 6, 14, 7, 15]):
         a, b = (_shuffle(builder, halves[i], halves[i + 1], mixed) for i in (0, 2))
-        found += [_shuffle(builder, a, b, [i, i + 1, i + 8, i + 9, i + 4, i + 5, i + 12, i + 13]) for i in (0, 2)]
+        vectors += [_shuffle(builder, a, b, [i, i + 1, i + 8, i + 9, i + 4, i + 5, i + 12, i + 13]) for i in (0, 2)]
     pairs = [_shuffle(builder, twos[i], twos[i + 1], [*range(4)]) for i in (0, 2, 4, 6)]
     a, b = (_shuffle(builder, pairs[i], pairs[i + 2], [*range(8)]) for i in (0, 1))
-    found += [_shuffle(builder, a, b, [i, i + 2, i + 8, i + 10, i + 4, i + 6, i + 12, i + 14]) for i in (0, 1)]
-    return context.make_tuple(builder, sig.return_type, [builder.fpext(x, _VF) for x in found])
+    vectors += [_shuffle(builder, a, b, [i, i + 2, i + 8, i + 10, i + 4, i + 6, i + 12, i + 14]) for i in (0, 1)]
+    return context.make_tuple(builder, sig.return_type, [builder.fpext(x, _VF) for x in vectors])
 
 
 class _Zero(AbstractTemplate):

@@ -85,7 +85,7 @@ class LinkedCompiler(CompilerBase):  # type: ignore[misc]
 
 
 def to_bytes(cres: Any) -> tuple[Any, ...]:
-    """What the cache keeps of a linked function."""
+    """Bytes of a linked function for the cache."""
     cres.fndesc.typemap = cres.fndesc.calltypes = None
     code = cres.library._get_module_for_linking().as_bitcode()
     return cres.library.name, code, cres.fndesc, cres.environment, cres.signature

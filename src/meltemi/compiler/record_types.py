@@ -26,10 +26,9 @@ from numba.extending import NativeValue, models, overload, register_model, typeo
 
 from meltemi.compiler.groups import GroupType, join, split
 from meltemi.compiler.lanes import WIDTH, LaneArrayType, PlacesType, int_lanes, lanes, splat
-from meltemi.compiler.records import Member, leading, members
-from meltemi.compiler.records import Record as Record
-from meltemi.compiler.tables import Table
-from meltemi.compiler.tables import TableType as TableClass
+from meltemi.compiler.records import KernelRecord as KernelRecord
+from meltemi.compiler.records import RecordMember, leading, members
+from meltemi.compiler.tables import Table, TableClass
 
 _F64, _I64, _I32 = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VF, _VL = ir.VectorType(_F64, WIDTH), ir.VectorType(_I64, WIDTH)
@@ -113,8 +112,8 @@ class TableType(types.Type):
 class _EntriesModel(models.StructModel):
     def __init__(self, manager: Any, frontend: Any) -> None:
         pointer = types.CPointer(types.int64 if frontend.kind == INTS else types.float64)
-        made = [("data", pointer)] + [("slopes", pointer)] * (frontend.kind == DUALS)
-        super().__init__(manager, frontend, made + [(f"n{i}", types.intp) for i in range(frontend.ndim)])
+        fields = [("data", pointer)] + [("slopes", pointer)] * (frontend.kind == DUALS)
+        super().__init__(manager, frontend, fields + [(f"n{i}", types.intp) for i in range(frontend.ndim)])
 
 
 def _shape(kind: Any, proxy: Any) -> list[Any]:
@@ -246,11 +245,11 @@ def _look_up(context: Any, builder: Any, sig: Any, args: Any) -> Any:
     for part in range(kind.parts):
         offset = builder.mul(proxy.n0, ir.Constant(_I64, part))
         row = builder.gep(proxy.data, [offset], source_etype=_F64)
-        found = ir.Constant(_VF, ir.Undefined)
+        vector = ir.Constant(_VF, ir.Undefined)
         for k in range(WIDTH):
             place = builder.gep(row, [builder.extract_element(at, _I32(k))], source_etype=_F64)
-            found = builder.insert_element(found, builder.load(place, typ=_F64), _I32(k))
-        parts.append(found)
+            vector = builder.insert_element(vector, builder.load(place, typ=_F64), _I32(k))
+        parts.append(vector)
     return join(context, builder, sig.return_type, parts) if kind.cls else parts[0]
 
 
@@ -507,9 +506,9 @@ def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
     """A table passed by the host: plain numbers in a contiguous array."""
     if kind.kind not in (FLOATS, INTS):
         return unbox_unsupported(kind, value, c)
-    made, array = _array_type(kind), c.pyapi.object_getattr_string(value, "array")
-    taken = c.unbox(made, array)
-    native = c.context.make_array(made)(c.context, c.builder, taken.value)
+    array_type, array = _array_type(kind), c.pyapi.object_getattr_string(value, "array")
+    unboxed = c.unbox(array_type, array)
+    native = c.context.make_array(array_type)(c.context, c.builder, unboxed.value)
     proxy = cgutils.create_struct_proxy(kind)(c.context, c.builder)
     proxy.data = native.data
     shape = cgutils.unpack_tuple(c.builder, native.shape)
@@ -518,7 +517,7 @@ def _unbox_table(kind: Any, value: Any, c: Any) -> Any:
     for i, n in enumerate(shape[1 - kind.table.outer :]):
         setattr(proxy, f"n{i}", n)
     c.pyapi.decref(array)  # the table keeps it alive
-    return NativeValue(proxy._getvalue(), is_error=taken.is_error)
+    return NativeValue(proxy._getvalue(), is_error=unboxed.is_error)
 
 
 @lower_getattr_generic(TableType)
@@ -573,7 +572,7 @@ def _as_base(context: Any, builder: Any, kind: Any, other: Any, value: Any) -> A
     return value
 
 
-def _type_of(record: Any, member: Member) -> Any:
+def _type_of(record: Any, member: RecordMember) -> Any:
     """Type of a member."""
     kind = record.kind
     if (kind == LANES and not member.in_lanes) or (kind == DUALS and member.constant):
@@ -618,35 +617,35 @@ def _record_get(context: Any, builder: Any, kind: Any, value: Any, name: str) ->
         return load
 
     member, first = members(kind.cls)[name], _begin(kind, name)
-    made = _type_of(kind, member)
-    entry = _I64 if getattr(made, "kind", "") == INTS else _F64
+    member_type = _type_of(kind, member)
+    entry = _I64 if getattr(member_type, "kind", "") == INTS else _F64
     data, slopes = (builder.inttoptr(word(i), entry.as_pointer()) for i in range(2))
     shape = [word(2 + i) for i in range(member.ndim)]
     if member.table is None:
-        return _array(context, builder, made, data, slopes, shape)
-    proxy = cgutils.create_struct_proxy(made)(context, builder)
+        return _array(context, builder, member_type, data, slopes, shape)
+    proxy = cgutils.create_struct_proxy(member_type)(context, builder)
     proxy.data = data
-    if made.kind == DUALS:
+    if member_type.kind == DUALS:
         proxy.slopes = slopes
     for i, n in enumerate(shape):
         setattr(proxy, f"n{i}", n)
     return proxy._getvalue()
 
 
-@typeof_impl.register(Record)
+@typeof_impl.register(KernelRecord)
 def _typeof(value: Any, context: Any) -> Any:
     NUMBERS[value.kind]  # its rules are known before anything is compiled for it
     return RecordType(type(value), value.kind)
 
 
 @cache
-def record_at(cls: type[Record]) -> Any:
+def record_at(cls: type[KernelRecord]) -> Any:
     """Function for kernels, ``(words, i, first)``: the record of floats whose words begin at ``words[i, first]``."""
 
     def record(words: Any, i: int, first: int) -> Any:
-        made: Any = object.__new__(cls)
-        made.kind, made.address = FLOATS, words.ctypes.data + (i * words.shape[1] + first) * words.itemsize
-        return made
+        instance: Any = object.__new__(cls)
+        instance.kind, instance.address = FLOATS, words.ctypes.data + (i * words.shape[1] + first) * words.itemsize
+        return instance
 
     class Rule(AbstractTemplate):
         key = record

@@ -1,6 +1,6 @@
 """Records: groups of tables and arrays, the single argument of a kernel.
 
-    class System(Record):
+    class System(KernelRecord):
         q: Array1
         flow: BladeFlow
         tower_flow: Single[TowerFlow]
@@ -42,15 +42,15 @@ LANES = 8
 """Entries of a lane array per access; equal to ``lanes.WIDTH``."""
 
 
-class Member(NamedTuple):
+class RecordMember(NamedTuple):
     """Type of a member of a record.
 
     Attributes:
       table: class of the table; None for a plain array.
       dtype: type of the array entries.
       ndim: number of axes of the table, or of dimensions of the array.
-      in_lanes: whether its last axis is read in lanes if the record is.
-      constant: whether it has no derivatives.
+      in_lanes: whether the last axis is read in lanes if the record is.
+      constant: whether the member has no derivatives.
     """
 
     table: Any
@@ -61,30 +61,30 @@ class Member(NamedTuple):
 
 
 @cache
-def members(record: Any) -> dict[str, Member]:
+def members(record: Any) -> dict[str, RecordMember]:
     """Members of a record by name, from its annotations: those of its first base come first, in their order."""
-    found: dict[str, Member] = {}
+    result: dict[str, RecordMember] = {}
     for base in record.__bases__ if record is not object else ():
-        found |= members(base)
+        result |= members(base)
     for name, hint in get_type_hints(record, include_extras=True).items():
         kind, *marks = get_args(hint) if get_origin(hint) is Annotated else (hint,)
         if isinstance(kind, type) and issubclass(kind, Table):
             lanes = SINGLE not in marks and kind.axes[-1:] == ("node",)
             dtype = np.int64 if kind.integer else np.float64
-            found[name] = Member(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
+            result[name] = RecordMember(kind, dtype, len(kind.axes), lanes, CONSTANT in marks or kind.integer)
         else:
             (ndim,) = (mark for mark in marks if isinstance(mark, int))
             dtype = next((t for t in (np.float32, np.int64) if t.__name__ in str(kind)), np.float64)  # type: ignore[assignment]
-            found[name] = Member(None, dtype, ndim, NODES in marks, CONSTANT in marks)
-    return found
+            result[name] = RecordMember(None, dtype, ndim, NODES in marks, CONSTANT in marks)
+    return result
 
 
-class Record:
+class KernelRecord:
     """A group of tables and arrays.
 
     Args:
       kind: number type of the kernels.
-      arrays: by the names of the members; contiguous.
+      arrays: contiguous arrays by the names of the members.
       slopes: derivatives of these arrays, for duals.
     """
 
@@ -116,7 +116,7 @@ class Record:
 
 def leading(cls: Any) -> Iterator[Any]:
     """A class of records, and those with whose members its own begin: its first base, the first of that, and so on."""
-    while issubclass(cls, Record):
+    while issubclass(cls, KernelRecord):
         yield cls
         cls = cls.__bases__[0]
 
@@ -129,8 +129,8 @@ def joined(*classes: Any) -> Any:
     if len(kept) == 1:
         return kept[0]
     name = "+".join(f"{each.__module__}:{each.__qualname__}".replace(".", "/") for each in kept)
-    globals()[name] = made = type(name, tuple(kept), {"__module__": __name__})
-    return made
+    globals()[name] = cls = type(name, tuple(kept), {"__module__": __name__})
+    return cls
 
 
 def __getattr__(name: str) -> Any:

@@ -127,10 +127,11 @@ class Field:
         inner = self.table.names_of(None if self.fixed else array[self.first(array) :]) if begins else ()
         return [f"{begin}_{name}" if begin else name for begin in begins for name in inner]
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[TableRow]:
         """Rows of a field of fixed length."""
-        inner = self.table.rows if self.table else (Row(self.name, self.unit, self.doc),)
-        return [Row(name, row.unit, row.doc) for name, row in zip(self.names(), itertools.cycle(inner), strict=False)]
+        inner = self.table.rows if self.table else (TableRow(self.name, self.unit, self.doc),)
+        pairs = zip(self.names(), itertools.cycle(inner), strict=False)
+        return [TableRow(name, row.unit, row.doc) for name, row in pairs]
 
     def __get__(self, table: Table | None, owner: Any) -> Any:
         if table is None:
@@ -204,9 +205,9 @@ class _Rows:
             return (*at, self.first)
         if self.outer:
             return (self.first + self.outer * at[0], *at[1:])
-        own, others = at[: len(self.lengths)], at[len(self.lengths) :]
+        leading, others = at[: len(self.lengths)], at[len(self.lengths) :]
         place = 0
-        for i, n in zip(own, self.lengths, strict=True):
+        for i, n in zip(leading, self.lengths, strict=True):
             place = place * n + i
         return (self.first + place, *others)
 
@@ -297,7 +298,7 @@ def parts(table: type[T], count: int | str | tuple[str, ...], doc: str = "", *, 
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TableRow:
     """One row of a table's array."""
 
     name: str
@@ -305,16 +306,16 @@ class Row:
     doc: str
 
 
-class TableType(type):
+class TableClass(type):
     """Metaclass of tables; the length of a table is the number of its rows."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[TableRow, ...]
 
     def __len__(cls) -> int:
         return len(cls.rows)
 
 
-class Table(metaclass=TableType):
+class Table(metaclass=TableClass):
     """Fields that share a shape.
 
     Attributes:
@@ -324,7 +325,7 @@ class Table(metaclass=TableType):
       rows: rows of the array in order; of a vector or matrix one for each component.
       names: names of the rows.
       tail: fields of variable length, which follow the others.
-      integer: whether its numbers are integers.
+      integer: whether the numbers are integers.
       outer: 1 if the first axis precedes the fields: ``array[len(table) * mode + row, blade, node]``.
       fields_last: whether the fields, which must be numbers, are the last axis: ``array[polar, angle, row]``.
     """
@@ -332,7 +333,7 @@ class Table(metaclass=TableType):
     title: ClassVar[str]
     axes: ClassVar[tuple[str, ...]]
     fields: ClassVar[dict[str, Field]]
-    rows: ClassVar[tuple[Row, ...]]
+    rows: ClassVar[tuple[TableRow, ...]]
     names: ClassVar[tuple[str, ...]]
     tail: ClassVar[tuple[Field, ...]] = ()
     integer: ClassVar[bool]
@@ -345,7 +346,7 @@ class Table(metaclass=TableType):
         cls.title = title or re.sub(r"(?<=.)([A-Z])", r" \1", cls.__name__).lower()
         cls.axes, cls.integer, cls.outer, cls.fields_last = tuple(axes.split()), integer, outer, fields_last
         cls.fields = {name: field for name, field in vars(cls).items() if isinstance(field, Field)}
-        rows: list[Row] = []
+        rows: list[TableRow] = []
         for field in cls.fields.values():
             field.row = len(rows)
             if field.fixed:

@@ -11,7 +11,7 @@ from __future__ import annotations
 from math import sqrt
 
 from meltemi.aero.tables import FlapParameters
-from meltemi.compiler import Numbers, Record, Table, blades, crossed, kernel, number, whole
+from meltemi.compiler import KernelRecord, Numbers, Table, blades, crossed, kernel, number, whole
 from meltemi.control.actuator_models import advance
 from meltemi.control.actuator_models.parameters import ActuatorParameters
 from meltemi.control.faults import Faults
@@ -50,7 +50,7 @@ class FlapActuators(Table, axes="flap"):
     maximum: Numbers = number("rad", "upper limit of the deflection")
 
 
-class Actuation(Record):
+class Actuation(KernelRecord):
     """Record of the actuators between the controller's demands and the turbine."""
 
     measured: Measurements
@@ -78,7 +78,7 @@ def pitch_friction(b: int, c: Actuation) -> float:
 
 @kernel
 def pitch_advance(dt: float, c: Actuation) -> None:
-    """Pitch angles after ``dt`` under held demands; with the ideal actuator at once."""
+    """Advance the pitch angles by ``dt`` under held demands; with the ideal actuator at once."""
     p, f, pitch = c.actuators, c.faults, c.pitch
     low, high = p.pitch_minimum, p.pitch_maximum
     for b in range(pitch.blades):
@@ -108,7 +108,7 @@ def pitch_advance(dt: float, c: Actuation) -> None:
 
 @kernel
 def flap_advance(dt: float, c: Actuation) -> None:
-    """Deflections after ``dt`` under held demands; with ideal actuators at once, within their limits."""
+    """Advance the flap deflections by ``dt`` under held demands; with ideal actuators at once, within their limits."""
     p, flap = c.flap_actuators, c.flap
     for j in range(flap.flaps):
         low, high = p.minimum[j], p.maximum[j]
@@ -150,7 +150,7 @@ def friction_limited(rest: float, angle: float, most: float) -> float:
 
 @kernel
 def yaw_advance(dt: float, c: Actuation, stiffness: float, angle: float, speed: float) -> None:
-    """Yaw drive, its brake and the bearing's friction after ``dt`` under a held demand (C-55 to C-58).
+    """Advance yaw drive, brake and friction of the bearing by ``dt`` under a held demand (C-55 to C-58).
 
     Args:
       stiffness: [N m/rad] stiffness of the bearing.

@@ -29,43 +29,41 @@ if TYPE_CHECKING:
 
 Float = NDArray[float64]
 MOTION_BAND = 3.0
-"""Highest frequency at which the motion of the tower top is seen over its middle, and that over the lowest."""
+"""Highest frequency of the feedback of the tower-top motion over its centre frequency, and this over the lowest."""
 
 
 class BaselineState(Table, title="baseline controller"):
     """Parameters and states; parameters are data, so another turbine needs no new compilation."""
 
-    filter_frequency: float = number("rad/s", "of the generator speed's low-pass")
-    cut_in_speed: float = number("rad/s", "below which there is no torque")
-    optimal_speed: float = number("rad/s", "where region 2 begins")
-    transition_speed: float = number("rad/s", "where region 2 1/2 begins")
-    rated_speed: float = number("rad/s", "where region 3 begins")
-    synchronous_speed: float = number("rad/s", "at which the line of region 2 1/2 has no torque")
-    transition_slope: float = number("N m s/rad", "of that line")
-    optimal_gain: float = number("N m s^2/rad^2", "region 2")
-    rated_power: float = number("W", "mechanical")
-    maximum_torque: float = number("N m", "limit")
-    torque_rate: float = number("N m/s", "limit")
-    power_pitch: float = number("rad", "above which the power is held")
-    reference_speed: float = number("rad/s", "of the pitch loop")
-    proportional_gain: float = number("s", "at zero pitch")
-    integral_gain: float = number("-", "at zero pitch")
-    gain_halving_pitch: float = number("rad", "gain schedule")
-    minimum_pitch: float = number("rad", "limit")
-    maximum_pitch: float = number("rad", "limit")
-    pitch_rate: float = number("rad/s", "limit")
-    smoothing: float = number("rad", "of pitch, over which the torque law changes at power_pitch; 0 switches at once")
-    torque_speed: float = number("rad/s", "at which held torque gives rated power; 0: the power is held")
-    motion_gain: float = number(
-        "rad s/m", "pitch from the velocity of the tower top downwind; 0: the law does not see it"
-    )
-    motion_frequency: float = number("rad/s", "about which it is seen")
+    filter_frequency: float = number("rad/s", "corner frequency of the low-pass filter of the generator speed")
+    cut_in_speed: float = number("rad/s", "generator speed below which there is no torque")
+    optimal_speed: float = number("rad/s", "generator speed at which region 2 begins")
+    transition_speed: float = number("rad/s", "generator speed at which region 2 1/2 begins")
+    rated_speed: float = number("rad/s", "generator speed at which region 3 begins")
+    synchronous_speed: float = number("rad/s", "generator speed of zero torque on the line of region 2 1/2")
+    transition_slope: float = number("N m s/rad", "slope of that line")
+    optimal_gain: float = number("N m s^2/rad^2", "torque over the squared speed in region 2")
+    rated_power: float = number("W", "rated mechanical power")
+    maximum_torque: float = number("N m", "torque limit")
+    torque_rate: float = number("N m/s", "limit of the torque rate")
+    power_pitch: float = number("rad", "pitch above which the power is held")
+    reference_speed: float = number("rad/s", "reference of the pitch loop")
+    proportional_gain: float = number("s", "gain at zero pitch")
+    integral_gain: float = number("-", "gain at zero pitch")
+    gain_halving_pitch: float = number("rad", "pitch at which the gains are halved")
+    minimum_pitch: float = number("rad", "lower pitch limit")
+    maximum_pitch: float = number("rad", "upper pitch limit")
+    pitch_rate: float = number("rad/s", "limit of the pitch rate")
+    smoothing: float = number("rad", "half-width in pitch of the transition of the torque law at power_pitch; 0: none")
+    torque_speed: float = number("rad/s", "speed at which held torque gives rated power; 0: the power is held")
+    motion_gain: float = number("rad s/m", "pitch over the velocity of the tower top downwind; 0: no such feedback")
+    motion_frequency: float = number("rad/s", "centre frequency of that feedback")
     speed: float = number("rad/s", "state: filtered generator speed")
     integral: float = number("rad", "state: integral of the speed error, rad/s times s")
     torque: float = number("N m", "state: last torque")
     pitch: float = number("rad", "state: last pitch")
-    velocity: float = number("m/s", "state: of the tower top, without its mean")
-    motion: float = number("m/s", "state: the same, without what is fast")
+    velocity: float = number("m/s", "state: velocity of the tower top, without its mean")
+    motion: float = number("m/s", "state: the same without high frequencies")
     switches: float = number("-", "state: switches within the difference step of a parameter, in derivative runs")
 
 

@@ -21,12 +21,12 @@ from meltemi.core.errors import InputError
 class FeedforwardWeights(Table, title="feed-forward weights"):
     """Settings of the feed-forward weights."""
 
-    exponent: float = number("-", "m, of the wind in the weights")
-    radius: float = number("m", "from the rotor axis, at which a blade's wind is taken")
-    hub_height: float = number("m", "above ground")
+    exponent: float = number("-", "exponent m of the wind speed in the weights")
+    radius: float = number("m", "radius for the wind of a blade")
+    hub_height: float = number("m", "hub height above ground")
     shear: float = number("-", "exponent of the power law of the height")
-    tower_radius: float = number("m", "at the height the blade passes; 0 is no tower")
-    clearance: float = number("m", "from the tower's axis to the blade that passes it")
+    tower_radius: float = number("m", "tower radius where the blade passes; 0: no tower")
+    clearance: float = number("m", "distance of the passing blade from the tower axis")
 
 
 _LEAST = 0.01
@@ -57,13 +57,13 @@ def weight(x: FeedforwardWeights, blade: int, blades: int, azimuth: float) -> fl
       blades: number N of blades.
       azimuth: [rad] azimuth of the first blade.
     """
-    mine, total = 0.0, 0.0
+    this, total = 0.0, 0.0
     for i in range(blades):
         power = exp(x.exponent * log(blade_wind(x, blade_angle(azimuth, i, blades))))
         total += power
         if i == blade:
-            mine += power
-    return blades * mine / total
+            this += power
+    return blades * this / total
 
 
 def weight_settings(

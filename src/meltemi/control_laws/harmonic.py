@@ -25,14 +25,14 @@ class HarmonicState(Table, title="harmonic loop"):
 
     harmonic: float = number("-", "multiple n of the rotor speed")
     damping: float = number("-", "damping ratio of the band-pass about nP; 0: none")
-    offset: float = number("rad", "of the harmonic's phase, by which the demand leads")
-    halving_pitch: float = number("rad", "collective pitch at which the gains are halved; 0: they stay")
+    offset: float = number("rad", "phase lead of the demand at the harmonic")
+    halving_pitch: float = number("rad", "collective pitch at which the gains are halved; 0: constant gains")
     authority: float = number("rad", "limit of the tilt and of the yaw demand")
-    group: float = number("-", "of actuators that the loop moves: 0 pitch, 1 to 4 that flap")
+    group: float = number("-", "group of actuators of the loop: 0 pitch, 1 to 4 the number of a flap")
     tilt: float = number("rad", "demand of the last call")
     yaw: float = number("rad", "demand of the last call")
     signal: Numbers = blades("N m", "band-passed moments of the last call")
-    band_pass: Entries[SecondOrder] = parts(SecondOrder, MAX_BLADES, "of each blade's moment")
+    band_pass: Entries[SecondOrder] = parts(SecondOrder, MAX_BLADES, "filter of each blade's moment")
     tilt_axis: Integrator = part(Integrator, "law of the tilt demand", prefix="tilt")
     yaw_axis: Integrator = part(Integrator, "law of the yaw demand", prefix="yaw")
 

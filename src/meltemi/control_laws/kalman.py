@@ -19,7 +19,7 @@ from meltemi.compiler import kernel
 Float = NDArray[np.float64]
 
 MODELS, STATES, INPUTS, OUTPUTS, SENSORS, WIND, FIRST, SPACING, SHARE, SCHEDULE, HEAD = range(11)
-"""Places of sizes, settings and the wind speed that schedules [m/s], see ``filter_vector``."""
+"""Indices of sizes, settings and the scheduling wind speed [m/s] in the vector, see ``filter_vector``."""
 
 
 def filter_vector(
@@ -68,10 +68,8 @@ def kalman_step(f: Float, inputs: Any, measured: Any) -> None:
     D, at = f[at : at + k * p * m], at + k * p * m
     steady, at = f[at : at + k * m], at + k * m
     outputs, at = f[at : at + k * p], at + k * p
-    new, measured_outputs = (
-        f[at : at + n],
-        f[at + n : at + n + p],
-    )  # no allocation of arrays here, so that the step can be exported in libraries
+    # no allocation of arrays here, so that the step can be exported in libraries
+    new, measured_outputs = f[at : at + n], f[at + n : at + n + p]
     f[at : at + n + p] = 0.0
     f[SCHEDULE] += f[SHARE] * (z[int(f[WIND])] - f[SCHEDULE])
     place = min(max((f[SCHEDULE] - f[FIRST]) / f[SPACING], 0.0), k - 1.0)

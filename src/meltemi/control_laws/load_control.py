@@ -89,13 +89,13 @@ class HarmonicLoop(Record):
     filter_damping: float = Field(default=0.25, ge=0.0, le=5.0)
     """Damping ratio of the band-pass about nP; 0: no band-pass."""
     offset: float = Field(default=0.0, ge=-math.pi, le=math.pi)
-    """[rad] of the harmonic's phase, by which the demand leads."""
+    """[rad] phase lead of the demand at the harmonic."""
     gain_halving_pitch: float | None = Field(default=None, gt=0.0)
-    """[rad] collective pitch at which the gains are halved; without it they are the same everywhere."""
+    """[rad] collective pitch at which the gains are halved; constant gains by default."""
     authority: float | None = Field(default=None, gt=0.0)
-    """[rad] limit of the tilt and of the yaw demand; by default what the actuator can do."""
+    """[rad] limit of the tilt and of the yaw demand; by default the limit of the actuator."""
     tracking_time: float = Field(default=1.0, gt=0.0)
-    """[s] in which the integrals follow what the actuators can do."""
+    """[s] time constant with which the integrals follow the limits of the actuators."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -277,7 +277,8 @@ def individual(x: LoadControlState, measured: Measurements, demands: Demands, dt
             demand = limited(x, group, b, dt)
             x.missing[b] = demand - group.wanted[b]
             group.last[b] = demand
-            if x.missing[b] != 0.0 and (g > PITCH or demand > group.minimum):  # it is there below rated wind speed
+            # below rated wind speed the pitch is always at its minimum
+            if x.missing[b] != 0.0 and (g > PITCH or demand > group.minimum):
                 group.held += dt / blades
             if g == PITCH:
                 demands.pitch[b] = demand
@@ -315,7 +316,7 @@ def LoadController(
         where = f"LoadController: loops[{i}]"
         if loop.actuator == "flap" and loop.flap > len(flaps):
             raise InputError(
-                f"{where}: flap {loop.flap} is asked for, the blades of {turbine.name!r} have {len(flaps) or 'none'}: "
+                f"{where}: flap {loop.flap} is required, the blades of {turbine.name!r} have {len(flaps) or 'none'}: "
                 "add flaps to the blade, such as meltemi.turbine.with_flaps(turbine)"
             )
         try:

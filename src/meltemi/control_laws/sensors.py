@@ -4,7 +4,7 @@ The sampling of a sensor is the ``sample_time`` of the controller, its bandwidth
 ``meltemi.control_laws.filters``. State and settings of a part are a table, ``Noise`` or ``Delay``.
 
 Noise is white and normal, and a function of seed, stream and count alone: the bits are those of Philox 2x32-10
-(Salmon et al. 2011), turned into a normal number after Box and Muller (1958). A run can be repeated, two sensors
+(Salmon et al. 2011), converted to a normal number after Box and Muller (1958). A run can be repeated, two sensors
 with different streams never share a number, and no number depends on the order of calls.
 
 Reference: docs/theory/control.md (C-20 and C-21).
@@ -91,7 +91,7 @@ def delay(x: Delay, signal: float) -> float:
     """The signal of ``samples`` calls ago, exactly (C-21).
 
     Args:
-      x: settings and state, see ``delay_start``; with 0 samples the signal comes back at once.
+      x: settings and state, see ``delay_start``; with 0 samples the signal is returned at once.
       signal: signal of any unit.
     """
     samples = whole(x.samples)

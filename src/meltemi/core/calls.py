@@ -35,12 +35,12 @@ def arguments_of(record: Callable[P, S]) -> Callable[[Callable[[S], R]], Callabl
             return function(record(*args, **kwargs))
 
         shown = inspect.signature(record).replace(return_annotation=function.__annotations__["return"])
-        kinds = [kind for kind in inspect.getmro(cast("type", record)) if is_dataclass(kind)]  # with what they inherit
-        told = "\n".join(inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2] for kind in kinds)
+        kinds = [kind for kind in inspect.getmro(cast("type", record)) if is_dataclass(kind)]  # with inherited fields
+        attributes = "\n".join(inspect.cleandoc(kind.__doc__ or "").partition("Attributes:\n")[2] for kind in kinds)
         summary, section, rest = inspect.cleandoc(function.__doc__ or "").partition("\nReturns:\n")
-        call.__doc__ = f"{summary}\nArgs:\n{told}\n{section}{rest}"
+        call.__doc__ = f"{summary}\nArgs:\n{attributes}\n{section}{rest}"
         vars(call)["__signature__"], vars(call)["__record__"] = shown, record
-        del vars(call)["__wrapped__"]  # its signature is another one
+        del vars(call)["__wrapped__"]  # the decorated function has another signature
         return call
 
     return decorate
@@ -61,7 +61,7 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
                 raise
             raise InputError(f"{error.filename}: {error.strerror}") from error
         except Exception as error:
-            # what the package itself says is kept, unless it took the letters of a text for a list
+            # errors of the package itself are kept, unless it took the letters of a text for a list
             if words := _mistake(function, args, kwargs, texts_only=isinstance(error, MeltemiError)):
                 raise InputError(f"{function.__name__}: {words}") from error
             raise

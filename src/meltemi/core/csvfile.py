@@ -18,9 +18,9 @@ from meltemi.core.errors import InputError
 from meltemi.core.files import replacing, text_of
 
 LARGEST = 1_000_000_000
-"""[bytes]."""
+"""[bytes] largest size of a file."""
 HEAD = re.compile(r"\s*([^\[\]]*[^\[\]\s])\s*\[\s*([^\]]*?)\s*\]\s*")
-"""A column's name and unit."""
+"""Name and unit of a column."""
 
 
 def read_columns(path: Path) -> tuple[list[tuple[str, str]], NDArray[np.float64]]:
@@ -52,8 +52,8 @@ def read_columns(path: Path) -> tuple[list[tuple[str, str]], NDArray[np.float64]
         try:
             data[i] = [float(cell) if cell.strip() else np.nan for cell in row]
         except ValueError:
-            found = ",".join(row)
-            raise InputError(f"{path}:{line}: expected {len(heads)} numbers, found {found[:60]!r}") from None
+            header = ",".join(row)
+            raise InputError(f"{path}:{line}: expected {len(heads)} numbers, found {header[:60]!r}") from None
     return heads, data
 
 

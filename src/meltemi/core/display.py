@@ -50,9 +50,9 @@ def quantity(value: float, unit: str, name: str = "") -> str:
     """A value in SI with its engineering unit: ``12.1 rpm``, ``5000 kW``.
 
     Args:
-      value: in SI.
+      value: value in SI.
       unit: SI unit; empty without one.
-      name: of the quantity; speeds in rad/s are shown in rpm, rates in deg/s, frequencies as they are.
+      name: name of the quantity; speeds in rad/s are shown in rpm, rates in deg/s, frequencies as they are.
     """
     from meltemi.core.units import display
 

@@ -36,7 +36,7 @@ class RunError(MeltemiError):
     """A simulation ended early, or ``Result.raise_for_status`` found it doubtful.
 
     Attributes:
-      result: what was computed up to then, if anything.
+      result: the result up to then, if there is one.
     """
 
     def __init__(self, message: str, result: Any = None) -> None:

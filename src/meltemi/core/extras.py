@@ -41,7 +41,7 @@ class MissingPackageError(InputError):
 
 
 def installed(package: str) -> bool:
-    """Whether a package is there, without importing it."""
+    """Whether a package is installed, without importing it."""
     try:
         distribution(package)
     except PackageNotFoundError:
@@ -50,7 +50,7 @@ def installed(package: str) -> bool:
 
 
 def missing(packages: Sequence[str]) -> str:
-    """What of packages is missing, and the command that installs it; empty if they are all there."""
+    """Which of some packages are missing, with the command that installs them; empty if all are installed."""
     lacking = [name for name in packages if not installed(name)]
     if not lacking:
         return ""
@@ -60,17 +60,17 @@ def missing(packages: Sequence[str]) -> str:
 
 
 def need(what: str, *packages: str) -> None:
-    """Refuse what needs packages that are not there.
+    """Refuse a feature whose packages are not installed.
 
     Raises:
-      MissingPackageError: one is missing.
+      MissingPackageError: a package is missing.
     """
     if words := missing(packages):
         raise MissingPackageError(f"{what} needs {words}")
 
 
 def skipped(needs: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """What cannot be done for want of a package, with the sentence for the start of a command.
+    """The features that are skipped because a package is missing, with the sentence for the start of a command.
 
     Args:
       needs: packages by the name of what needs them.

@@ -13,7 +13,7 @@ from typing import BinaryIO
 from meltemi.core.errors import InputError
 
 LARGEST_TEXT = 256_000_000
-"""[bytes] a text that is read as a whole may have."""
+"""[bytes] largest size of a text that is read as a whole."""
 
 
 @contextmanager
@@ -21,19 +21,19 @@ def reading(path: Path, largest: int | None = None) -> Iterator[tuple[BinaryIO, 
     """Open a regular file for reading; yields it with its size in bytes.
 
     Args:
-      path: of a regular file; devices and pipes may have no end.
-      largest: [bytes] it may have.
+      path: path of a regular file; devices and pipes may have no end.
+      largest: [bytes] largest allowed size.
 
     Raises:
-      InputError: it cannot be opened or read, is no regular file, or is larger.
+      InputError: the file cannot be opened or read, is no regular file, or is larger.
     """
     try:
         kind = path.stat().st_mode
     except (OSError, ValueError) as error:  # ValueError: a null character
         raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', None) or error})") from None
     if not stat.S_ISREG(kind):  # a pipe would wait for its writer when it is opened
-        found = "a folder" if stat.S_ISDIR(kind) else "a device or a pipe"
-        raise InputError(f"{path}: cannot be read (it is {found}, expected a file)")
+        what = "a folder" if stat.S_ISDIR(kind) else "a device or a pipe"
+        raise InputError(f"{path}: cannot be read (it is {what}, expected a file)")
     try:
         with path.open("rb") as file:
             size = os.fstat(file.fileno()).st_size
@@ -48,7 +48,7 @@ def bytes_of(path: Path, largest: int = LARGEST_TEXT) -> bytes:
     """Content of a file, limited to its size (zero for endless system files).
 
     Raises:
-      InputError: as for :func:`reading`.
+      InputError: as in :func:`reading`.
     """
     with reading(path, largest) as (file, size):
         return file.read(size)
@@ -58,7 +58,7 @@ def text_of(path: Path, largest: int = LARGEST_TEXT) -> str:
     """Content of a text file; invalid UTF-8 bytes are replaced.
 
     Raises:
-      InputError: as for :func:`reading`.
+      InputError: as in :func:`reading`.
     """
     return bytes_of(path, largest).decode("utf-8-sig", errors="replace")
 
@@ -106,7 +106,7 @@ def check_name(path: Path) -> None:
     """Reject output file names with control characters or invalid text.
 
     Raises:
-      InputError: it has control characters, or bytes that are no text.
+      InputError: the name has control characters, or bytes that are no text.
     """
     if any(unicodedata.category(c) in ("Cc", "Cs") for c in str(path)):
         raise InputError(f"{str(path)!r}: cannot be written (the name contains control characters or invalid text)")

@@ -29,7 +29,7 @@ def fingerprint(*parts: Any) -> str | None:
     return digest.hexdigest()[:16]
 
 
-def _add(digest: Any, x: Any, seen: set[FunctionType]) -> None:
+def _add(digest: Any, x: Any, visited: set[FunctionType]) -> None:
     digest.update(f"{type(x).__qualname__}:".encode())
     if x is None or isinstance(x, str | int | float | complex | bytes | np.generic):
         digest.update(f"{x!r};".encode())
@@ -39,13 +39,13 @@ def _add(digest: Any, x: Any, seen: set[FunctionType]) -> None:
         digest.update(x.content_hash().encode())
     elif isinstance(x, ModuleType | type | BuiltinFunctionType):
         digest.update(f"{getattr(x, '__module__', '')}.{x.__name__};".encode())
-    elif isinstance(function := getattr(x, "py_func", x), FunctionType) and function in seen:
+    elif isinstance(function := getattr(x, "py_func", x), FunctionType) and function in visited:
         digest.update(f"{function.__qualname__} again;".encode())
     else:
         if isinstance(function, FunctionType):
-            seen.add(function)
+            visited.add(function)
         for part in _parts(x):
-            _add(digest, part, seen)
+            _add(digest, part, visited)
 
 
 def _parts(x: Any) -> list[Any]:

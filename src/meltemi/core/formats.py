@@ -39,14 +39,14 @@ class FileFormat:
     @property
     def read(self) -> Callable[..., Any]:
         """The function that reads."""
-        found: Callable[..., Any] = getattr(import_module(self.module), self.reader)
-        return found
+        reader: Callable[..., Any] = getattr(import_module(self.module), self.reader)
+        return reader
 
     @property
     def write(self) -> Callable[..., Any]:
         """The function that writes."""
-        found: Callable[..., Any] = getattr(import_module(self.module), self.writer)
-        return found
+        writer: Callable[..., Any] = getattr(import_module(self.module), self.writer)
+        return writer
 
     def fits(self, begin: bytes) -> bool:
         """Whether a file with these first bytes may be of this format."""
@@ -62,13 +62,13 @@ def with_suffix(formats: Sequence[F], path: Path, kind: str) -> list[F]:
     Raises:
       InputError: there is none; the message lists the suffixes.
     """
-    found = [f for f in formats if f.suffix == path.suffix.lower()]
-    if not found:
+    matching = [f for f in formats if f.suffix == path.suffix.lower()]
+    if not matching:
         raise InputError(
             f"{path}: {path.suffix or 'a name without suffix'!r} is not the suffix of a {kind}; "
             f"{hint(path.suffix, [f.suffix for f in formats])}"
         )
-    return found
+    return matching
 
 
 def with_name(formats: Sequence[F], name: str, kind: str) -> F:

@@ -43,12 +43,12 @@ def to_netcdf(
 ) -> None:
     """Write labelled arrays as netCDF4, with the checksum at the end.
 
-    The file is made in memory: where a disk has no room, HDF5 would crash the process.
+    The file is written in memory first: where a disk has no room, HDF5 would crash the process.
 
     Args:
-      variables: by name.
-      attributes: of the file.
-      path: of the file.
+      variables: variables by name.
+      attributes: attributes of the file.
+      path: path of the file.
       compression: 0 for none to 9 for the most.
 
     Raises:
@@ -77,7 +77,7 @@ def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str, offset: int
     """Read a file with ``take``, after a check of its integrity.
 
     Args:
-      path: of the file.
+      path: path of the file.
       take: called with the open file; any exception in it means that the file is of another kind.
       kind: expected kind of file, for messages.
       offset: [bytes] of another program's head in front of the HDF5 part.
@@ -153,7 +153,7 @@ def _probe(path: Path, size: int, kind: str) -> None:
     """Read a complete file in another process, to test it.
 
     Raises:
-      InputError: it fails there, or does not end.
+      InputError: reading fails there, or does not end.
     """
     command = [sys.executable, "-P", str(PROBE), str(path), str(EXPANSION)]
     limit = PATIENCE + size / BYTES_A_SECOND

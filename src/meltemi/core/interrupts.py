@@ -34,6 +34,6 @@ def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
     finally:
         try:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        except KeyboardInterrupt:  # it came just now, before the handler was changed
+        except KeyboardInterrupt:  # Ctrl-C came just before the handler was changed
             signal.signal(signal.SIGINT, signal.default_int_handler)
             raise

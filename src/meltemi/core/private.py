@@ -27,10 +27,11 @@ def cache_root() -> Path:
 
 
 def private_folder(*names: str) -> Path:
-    """A folder in the cache of the user, made if needed.
+    """A folder in the cache of the user, created if it is missing.
 
     Raises:
-      OSError: it cannot be made, or it or a folder around it belongs to another user or can be written by others.
+      OSError: the folder cannot be created, or it or a folder around it belongs to another user or can be written by
+        others.
     """
     folder = cache_root()
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -42,7 +43,7 @@ def private_folder(*names: str) -> Path:
 
 
 def _check_owner(path: Path, others: int) -> None:
-    if not hasattr(os, "geteuid"):  # Windows: the folder of a user is theirs
+    if not hasattr(os, "geteuid"):  # on Windows the folder of a user belongs to that user
         return
     known = path.stat()
     if known.st_uid != os.geteuid():
@@ -56,10 +57,10 @@ def _check_owner(path: Path, others: int) -> None:
 
 
 def user_key() -> bytes:
-    """Secret key of the user, made once.
+    """Secret key of the user, created once.
 
     Raises:
-      OSError: it cannot be made or read, or others can read it.
+      OSError: the key cannot be created or read, or others can read it.
     """
     return _key_in(private_folder())
 

@@ -23,13 +23,13 @@ def explain(
 ) -> str:
     """All problems of a failed validation, one per line: location, key path, problem, remedy."""
     lines: list[str] = []
-    seen: set[tuple[tuple[int | str, ...], str]] = set()
+    reported: set[tuple[tuple[int | str, ...], str]] = set()
     for problem in error.errors(include_url=False):
         message = _message(problem, kind)
         location = _keys(problem, kind, data)
-        if (location, message) in seen:
+        if (location, message) in reported:
             continue
-        seen.add((location, message))
+        reported.add((location, message))
         line = line_of(location) if line_of else None
         place = f"{where}:{line}" if line else where
         key = ".".join(str(part) for part in location)
@@ -99,9 +99,9 @@ def _message(problem: Any, kind: type[BaseModel]) -> str:
 
 def _asked(kind: type[BaseModel], problem: Any) -> list[type[BaseModel]]:
     """The record classes that are expected in place of a plain value."""
-    found = _alternatives_at(kind, problem["loc"])
-    named = [record for record in found if record.__name__ == problem.get("ctx", {}).get("class_name")]
-    return named or found
+    alternatives = _alternatives_at(kind, problem["loc"])
+    named = [record for record in alternatives if record.__name__ == problem.get("ctx", {}).get("class_name")]
+    return named or alternatives
 
 
 def _example(records: Sequence[type[BaseModel]], value: Any) -> str:
@@ -113,10 +113,10 @@ def _example(records: Sequence[type[BaseModel]], value: Any) -> str:
     plain = isinstance(value, str | int | float) and not isinstance(value, bool)
     for key in [*record.model_fields][:3] if plain and len(records) == 1 else []:
         try:
-            made = record.model_validate({key: value})
+            instance = record.model_validate({key: value})
         except InputError:
             continue
-        if not isinstance(getattr(made, key), bool):
+        if not isinstance(getattr(instance, key), bool):
             return f", for instance {{{key}: {value}}}"
     tags = {key: _tag(field.annotation) for key, field in record.model_fields.items()}
     chosen = [key for key, field in record.model_fields.items() if field.is_required() or tags[key]]
@@ -147,19 +147,19 @@ def _record_at(kind: type[BaseModel], location: Sequence[int | str]) -> type[Bas
 
 def _alternatives_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[type[BaseModel]]:
     """The record classes a key path may lead to."""
-    return [c for found in _annotations_at(kind, location) for c in _records(found)]
+    return [c for annotation in _annotations_at(kind, location) for c in _records(annotation)]
 
 
 def _annotations_at(kind: type[BaseModel], location: Sequence[int | str]) -> list[Any]:
-    found: list[Any] = [kind]
+    annotations: list[Any] = [kind]
     for part in location:
-        found = _tagged(found, part) or [inner for outer in found for inner in _inside(outer, part)]
-    return found
+        annotations = _tagged(annotations, part) or [inner for outer in annotations for inner in _inside(outer, part)]
+    return annotations
 
 
-def _tagged(found: list[Any], part: int | str) -> list[Any]:
+def _tagged(annotations: list[Any], part: int | str) -> list[Any]:
     """The alternative with this tag or name, which pydantic inserts into the path; None for a key."""
-    records = [c for one in found for c in _records(one)]
+    records = [c for one in annotations for c in _records(one)]
     return [c for c in records if c.__name__ == part or (len(records) > 1 and part in _literals(c))]
 
 

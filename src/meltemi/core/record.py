@@ -127,7 +127,9 @@ class Record(Shown, BaseModel):
 
     if not TYPE_CHECKING:
 
-        @wraps(BaseModel.__init__)  # with its mark: records inside records are made without it, and told of together
+        @wraps(
+            BaseModel.__init__
+        )  # with this mark: records inside records are created without it, and their errors are reported together
         def __init__(self, *unnamed: Any, **data: Any) -> None:
             kind = type(self)
             if unnamed:
@@ -179,7 +181,7 @@ class Record(Shown, BaseModel):
         return repr(self)
 
     def card(self) -> Card:
-        """What notebooks show."""
+        """The card that notebooks show."""
         from meltemi.core.representation import record_card
 
         return record_card(self)

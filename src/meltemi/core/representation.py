@@ -61,11 +61,11 @@ class Fold:
     """A part of a representation that folds.
 
     Attributes:
-      title: of the part.
+      title: title of the part.
       rows: cells of its table.
-      head: of the columns; empty for names and values.
+      head: titles of the columns; empty for names and values.
       note: shown beside the title while it is folded, such as the number of rows.
-      open: whether it is unfolded at first.
+      open: whether the part is unfolded at first.
       inside: sections inside this one, below its table.
     """
 
@@ -83,7 +83,7 @@ class Card:
 
     Attributes:
       title: class of the object.
-      lead: one line that says what it is.
+      lead: one line that describes the object.
       facts: names and values of the key figures.
       sections: parts that fold.
     """

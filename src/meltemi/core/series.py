@@ -42,7 +42,7 @@ def _which(given: Any) -> str:
 
 Varying = Annotated[
     Annotated[float, Tag("number")] | Annotated[TimeSeries, Tag("TimeSeries")],
-    Discriminator(_which),  # so that what is wrong is said of the one that was meant
+    Discriminator(_which),  # so that the error names the alternative that was meant
 ]
 """A constant or a series."""
 

@@ -16,7 +16,7 @@ class Shown:
     """Base of classes that notebooks show as a :class:`Card`."""
 
     def card(self) -> Card:
-        """What notebooks show."""
+        """The card that notebooks show."""
         raise NotImplementedError
 
     def _repr_html_(self) -> str:

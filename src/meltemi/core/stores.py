@@ -19,7 +19,7 @@ CORE = "core compiler maths environment turbine wind aero structure control simu
 SIMULATOR = (
     *CORE,
     *"turbulence iec wind_files electrical control_laws supervisor power_control bladed_controllers analyses".split(),
-    *"postprocess controllers cases report app".split(),
+    *"postprocess controllers cases report scene app".split(),
 )
 """The core and what any run may use of other packages: with another line in one of their files, a result is another."""
 IMPORT = re.compile(rb"^\s*(?:from|import) (meltemi\.\w+)", re.MULTILINE)
@@ -37,9 +37,9 @@ def code_identity(*packages: str) -> tuple[int | str, ...]:
         return (PHYSICS,)
     digest, names = hashlib.sha256(), [*dict.fromkeys((*(f"meltemi.{layer}" for layer in SIMULATOR), *packages))]
     for name in names:  # it grows by what each one imports
-        found = find_spec(name)
-        assert found is not None and found.origin is not None, name
-        root = Path(found.origin).parent
+        spec = find_spec(name)
+        assert spec is not None and spec.origin is not None, name
+        root = Path(spec.origin).parent
         for path in sorted(p for p in root.rglob("*") if p.is_file() and p.suffix != ".pyc"):
             content = path.read_bytes()
             digest.update(path.relative_to(root.parent).as_posix().encode())
@@ -51,8 +51,8 @@ def code_identity(*packages: str) -> tuple[int | str, ...]:
 
 
 def _is_package(name: str) -> bool:
-    found = find_spec(name)
-    return found is not None and bool(found.submodule_search_locations)
+    spec = find_spec(name)
+    return spec is not None and bool(spec.submodule_search_locations)
 
 
 def keep_bytes(path: Path, data: bytes) -> Path:

@@ -56,8 +56,8 @@ ANGULAR: dict[str, dict[str, float]] = {
 
 def unit_of(description: str | None) -> str:
     """The unit in brackets at the start of a description; empty if there is none."""
-    found = re.search(r"\[([^\];]+)", description or "")
-    return found[1] if found and found[1] != "-" else ""
+    match = re.search(r"\[([^\];]+)", description or "")
+    return match[1] if match and match[1] != "-" else ""
 
 
 def angular_unit(description: str | None) -> str:

@@ -18,12 +18,12 @@ from meltemi.core.record import Record
 from meltemi.core.units import ANGULAR, in_degrees
 
 AT = 100.0
-"""[m] rotor diameter of ranges that go with it."""
+"""[m] rotor diameter to which ranges that scale with it refer."""
 POWERS = {"m": 1, "s": 1, "kg": 3, "N": 2, "W": 2}
-"""Exponents of the rotor diameter of units."""
+"""Exponents of the rotor diameter by which ranges scale, by unit."""
 
 
-class Range(NamedTuple):
+class UsualRange(NamedTuple):
     """Unit, least and largest usual magnitude, and the exponent of the rotor diameter."""
 
     unit: str
@@ -32,10 +32,10 @@ class Range(NamedTuple):
     power: int | None
 
 
-def usual_range(description: str | None) -> Range | None:
+def usual_range(description: str | None) -> UsualRange | None:
     """The usual range in a description, if there is one."""
-    found = re.search(r"\[([^\];]*); ([-+.\de]+) to ([-+.\de]+)( at 100 m)?\]", description or "")
-    return found and Range(found[1], float(found[2]), float(found[3]), _similarity(found[1]) if found[4] else None)
+    match = re.search(r"\[([^\];]*); ([-+.\de]+) to ([-+.\de]+)( at 100 m)?\]", description or "")
+    return match and UsualRange(match[1], float(match[2]), float(match[3]), _similarity(match[1]) if match[4] else None)
 
 
 def _similarity(unit: str) -> int:
@@ -48,7 +48,7 @@ def _similarity(unit: str) -> int:
 
 
 @cache
-def _fields(kind: type[Record]) -> list[tuple[str, Range | None, Any]]:
+def _fields(kind: type[Record]) -> list[tuple[str, UsualRange | None, Any]]:
     return [(name, usual_range(field.description), field.default) for name, field in kind.model_fields.items()]
 
 
@@ -56,9 +56,9 @@ def unusual_numbers(record: Record, where: str = "", diameter: float | None = No
     """Sentences about numbers in a record beyond their usual ranges; of a field of records alike, one.
 
     Args:
-      where: key path of the record; diameter: [m] of the rotor, without which ranges that go with it are left out.
+      where: key path of the record; diameter: [m] of the rotor, without which ranges that scale with it are left out.
     """
-    told: set[tuple[type[Record], str]] = set()
+    reported: set[tuple[type[Record], str]] = set()
     todo = [(where, record)]
     for place, each in todo:
         for name, usual, default in _fields(type(each)):
@@ -70,11 +70,11 @@ def unusual_numbers(record: Record, where: str = "", diameter: float | None = No
                 todo += [(f"{key}.{i}", inner) for i, inner in pairs if isinstance(inner, Record)]
             elif usual is not None and value is not None and value is not default and not isinstance(value, str):
                 size = 1.0 if usual.power is None else ((diameter or np.nan) / AT) ** usual.power
-                found = float(np.abs(value).max() if isinstance(value, np.ndarray | tuple) else abs(value))
+                amount = float(np.abs(value).max() if isinstance(value, np.ndarray | tuple) else abs(value))
                 least, most = usual.least * size, usual.most * size
-                if found and (found < least or found > most) and (type(each), name) not in told:
-                    told.add((type(each), name))
+                if amount and (amount < least or amount > most) and (type(each), name) not in reported:
+                    reported.add((type(each), name))
                     unit = "" if usual.unit in ("", "-") else f" {usual.unit}"
-                    turned = f" ({in_degrees(found, usual.unit)})" if usual.unit in ANGULAR else ""
+                    turned = f" ({in_degrees(amount, usual.unit)})" if usual.unit in ANGULAR else ""
                     of = f" for a rotor of {diameter:.3g} m" if usual.power else ""
-                    yield f"{key}: {found:.4g}{unit}{turned} is unusual; usual is {least:.2g} to {most:.2g}{unit}{of}"
+                    yield f"{key}: {amount:.4g}{unit}{turned} is unusual; usual is {least:.2g} to {most:.2g}{unit}{of}"

@@ -17,11 +17,11 @@ from meltemi.core.record import COPY, Record, refused
 
 R = TypeVar("R", bound=Record)
 LARGEST = 32_000_000
-"""[bytes] of a file; the largest turbines known have 2 MB."""
+"""[bytes] largest size of a file; the largest turbines known have 2 MB."""
 MOST_ENTRIES = 3_000_000
-"""Values that a file may hold, aliases written out."""
+"""Largest number of values of a file, aliases written out."""
 LINE_BREAKS = {"\x85", "\u2028", "\u2029"}
-"""Beside the usual ones, in YAML 1.1."""
+"""Line breaks of YAML 1.1 beside the usual ones."""
 
 
 def read_record(path: str | Path, kind: type[R]) -> R:
@@ -104,7 +104,7 @@ def parse(text: str, path: Path, what: str = "") -> dict[str, Any]:
     """Parse the keys and values of a YAML text that describes ``what``.
 
     Raises:
-      InputError: it is not YAML, or not keys and values.
+      InputError: the text is not YAML, or not keys and values.
     """
     from ruamel.yaml import YAML
     from ruamel.yaml.error import MarkedYAMLError, YAMLError

@@ -18,7 +18,7 @@ import numpy as np
 from numba import config
 from numpy.typing import NDArray
 
-from meltemi.compiler import TableType, all_kernels, is_compiled, loose, members, type_of_class, types
+from meltemi.compiler import TableClass, all_kernels, is_compiled, loose, members, type_of_class, types
 from meltemi.control.controller import Controller, of_vectors
 from meltemi.core.errors import InputError
 from meltemi.core.extras import need
@@ -155,7 +155,7 @@ def _loop() -> Any:
     """
     from numba.cuda.extending import typeof_impl
 
-    typeof_impl.register(TableType)(type_of_class)
+    typeof_impl.register(TableClass)(type_of_class)
     loop = loose(step.advance)
     for kernel in all_kernels():
         kernel._CUDATypingContext__dispatcher = on_card(kernel.py_func)

@@ -28,7 +28,7 @@ SQRT_3 = sqrt(3.0)
 UNLIMITED = 1e30
 """[V] The terminal voltage of a blocked converter is not limited."""
 LEAST_ENERGY = 1e-9
-"""Of the DC link, per C V^2 of its nominal voltage: the link gives nothing below, so that its root has a slope."""
+"""Lower limit of the energy of the DC link over C V^2 at its nominal voltage, so that its root has a slope."""
 SWEEPS = 30
 """Iterations of the losses in steady operation."""
 
@@ -140,7 +140,7 @@ def electric_begin(
 def electric_rates(
     torque: float, reactive: float, speed: float, voltage: float, frequency: float, e: Electrical
 ) -> None:
-    """Rates of the states in the limit of short steps, and what is recorded at this instant (E-26).
+    """Rates of the states in the limit of short steps, and the recorded powers at this instant (E-26).
 
     The arguments are those of :func:`electric_advance`.
     """
@@ -246,8 +246,8 @@ def electric_advance(
         x.stator, x.stator_hold, x.grid, x.grid_hold = m.current, m.hold, o.current, o.hold
         lost, burnt = machine_loss(dc, m.square, p) + grid_loss(dc, o.square, p), chopper(dc, p)
         if h * (lost + burnt) > left - least:  # losses never exceed the available energy
-            there = (left - least) / (h * (lost + burnt))
-            lost, burnt = there * lost, there * burnt
+            share = (left - least) / (h * (lost + burnt))
+            lost, burnt = share * lost, share * burnt
         x.dc_energy = max(left - h * (lost + burnt), least)
         # protection
         x.heat += h * (burnt - p.chopper_cooling * x.heat)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Record, Table, kernel
+from meltemi.compiler import KernelRecord, Table, kernel
 from meltemi.control.controller import LogEntry
 from meltemi.control.signals import Demands
 from meltemi.core.errors import InputError
@@ -25,7 +25,7 @@ from meltemi.electrical.tables import (
 from meltemi.environment.conditions import Conditions
 from meltemi.simulation.case import Case
 from meltemi.simulation.channels import Channel, channels_of_group
-from meltemi.simulation.parts import ParameterTables, Part, StateRows, Variable
+from meltemi.simulation.parts import LinearVariable, ParameterTables, Part, StateRows
 from meltemi.simulation.step import advance_drive, begin_parts, generated_power, part_drive_rates, report_parts
 from meltemi.simulation.system import AnySystem, Control, generator_speed
 
@@ -90,7 +90,7 @@ class ElectricPart(Part):
       electrical: its parameters.
     """
 
-    control: ClassVar[type[Record] | None] = ElectricControl
+    control: ClassVar[type[KernelRecord] | None] = ElectricControl
     signals: ClassVar[dict[str, type[Table]]] = {"electric": ElectricState}
     parameter_tables: ClassVar[ParameterTables] = ((ElectricalParameters, "electrical", ElectricalParameters.names),)
     electrical: NDArray[np.float64]
@@ -104,25 +104,27 @@ class ElectricPart(Part):
         return channels_of_group("electrical")
 
     def states(self) -> Sequence[StateRows]:
-        """All but those of the protection."""
+        """All states except those of the protection."""
         rows = ElectricState.rows[:N_STATES]
         return (StateRows("electric", "d_electric", tuple(r.name for r in rows), tuple(r.unit for r in rows)),)
 
-    def inputs(self, case: Case, point: OperatingPoint) -> dict[str, Variable]:
-        """Its demands, and the grid."""
+    def inputs(self, case: Case, point: OperatingPoint) -> dict[str, LinearVariable]:
+        """Demands of torque and reactive power; voltage and frequency of the grid."""
         case.begin_parts()
-        found, outside = {}, case.control.outside
-        for name, unit, array, place, value in (
-            ("generator_torque", "N m", "demands", Demands.index("generator_torque"), point.generator_torque),
-            ("reactive_power", "var", "demands", Demands.index("reactive_power"), 0.0),
-            ("grid_voltage", "-", "outside", Conditions.index("grid_voltage"), outside.grid_voltage),
-            ("grid_frequency", "Hz", "outside", Conditions.index("grid_frequency"), outside.grid_frequency),
-        ):
-            found[name] = Variable("", unit, (((array, place), 1.0),), value=value)
-        return found
+        outside = case.control.outside
+        inputs = (
+            ("generator_torque", "N m", "demands", Demands, point.generator_torque),
+            ("reactive_power", "var", "demands", Demands, 0.0),
+            ("grid_voltage", "-", "outside", Conditions, outside.grid_voltage),
+            ("grid_frequency", "Hz", "outside", Conditions, outside.grid_frequency),
+        )
+        return {
+            name: LinearVariable("", unit, (((array, table.index(name)), 1.0),), value=value)
+            for name, unit, array, table, value in inputs
+        }
 
     def log(self, case: Case, time: float) -> list[LogEntry]:
-        """Its trip."""
+        """Entry for a trip of the protection."""
         state = case.view("electric")
         number = int(state["trip"])
         since = time - float(state["off_time"])
@@ -135,7 +137,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> ElectricPart:
     if turbine.electrical is None:
         raise InputError(
             f"{turbine.name}: options.electrical 'averaged' needs turbine.electrical; "
-            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) makes one, and so does "
+            f"size_electrical(rated_power={law.rated_power:.4g}, rated_speed={speed:.4g}) creates one, and so does "
             "electrical: sized in a case file"
         )
     if unfit := turbine.electrical.unfit(law.rated_power / law.rated_speed, speed):

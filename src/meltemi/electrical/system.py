@@ -24,34 +24,34 @@ LINE = math.sqrt(1.5)
 RESERVE = 0.97
 """Share of the DC link's voltage limit that steady operation may use."""
 MOST_COPPER, MOST_FILTER = 0.1, 0.05
-"""Largest losses of stator and filter that make sense, share of rated power."""
+"""Largest plausible losses of stator and filter, as a share of rated power."""
 
 MOST_TURN = 0.5
-"""[rad] that a control loop which is marched in explicit steps may turn in one, at its natural frequency: half of where
-it would become unstable."""
+"""[rad] largest phase of a control loop at its natural frequency in one explicit step: half that at which it would be
+unstable."""
 MOST_SWING = 10.0
-"""Largest swing of a current when its voltage falls to zero at once, over the rated current."""
+"""Largest change of a current when its voltage falls to zero at once, over the rated current."""
 LONGEST_STORE = 10.0
-"""[s] of rated power that the DC link may hold."""
+"""[s] largest energy of the DC link over rated power."""
 FORCE = " (forced: true accepts it)"
-"""What helps against a refusal."""
+"""Remedy in messages on an inconsistent system."""
 
 
 class PermanentMagnetMachine(Record):
     """Synchronous generator with surface-mounted permanent magnets (L_d = L_q)."""
 
     rated_power: float = Field(gt=0.0)
-    """[W] electromagnetic."""
+    """[W] rated electromagnetic power."""
     rated_speed: float = Field(gt=0.0)
-    """[rad/s] of its shaft."""
+    """[rad/s] rated speed of the shaft."""
     pole_pairs: int = Field(ge=1)
     """Half the number of poles [-; 1 to 300]."""
     flux: float = Field(gt=0.0)
-    """[Wb; 0.1 to 300] linkage of a phase with the magnets, peak."""
+    """[Wb; 0.1 to 300] peak flux linkage of a phase with the magnets."""
     resistance: float = Field(gt=0.0)
-    """[Ohm; 1e-4 to 10] of a phase of the stator."""
+    """[Ohm; 1e-4 to 10] resistance of a phase of the stator."""
     inductance: float = Field(gt=0.0)
-    """[H; 1e-5 to 0.5] synchronous, of a phase."""
+    """[H; 1e-5 to 0.5] synchronous inductance of a phase."""
     iron_loss: float = Field(default=0.0, ge=0.0)
     """[W] iron and stray losses at rated speed; they grow with its square."""
 
@@ -123,7 +123,7 @@ class DCLink(Record):
     """Capacitor between the converters."""
 
     voltage: float = Field(gt=0.0)
-    """[V; 300 to 5e4] nominal."""
+    """[V; 300 to 5e4] nominal voltage."""
     capacitance: float = Field(gt=0.0)
     """[F; 1e-4 to 1] capacitance."""
     chopper: Chopper | None = None
@@ -138,9 +138,9 @@ class GridFilter(Record):
     """Inductor between converter and grid, with the transformer's leakage."""
 
     resistance: float = Field(gt=0.0)
-    """[Ohm; 1e-5 to 1] of a phase."""
+    """[Ohm; 1e-5 to 1] resistance of a phase."""
     inductance: float = Field(gt=0.0)
-    """[H; 1e-6 to 0.1] of a phase."""
+    """[H; 1e-6 to 0.1] inductance of a phase."""
 
 
 class RideThrough(Record):
@@ -157,9 +157,9 @@ class RideThrough(Record):
     highest_voltage: float = Field(default=1.3, gt=1.0)
     """Voltage above which the turbine trips [-; 1.05 to 2], per unit of the nominal one."""
     lowest_frequency: float = Field(default=47.0, gt=0.0)
-    """[Hz; 45 to 60] below which the turbine trips."""
+    """[Hz; 45 to 60] frequency below which the turbine trips."""
     highest_frequency: float = Field(default=52.0, gt=0.0)
-    """[Hz; 50 to 65] above which the turbine trips."""
+    """[Hz; 50 to 65] frequency above which the turbine trips."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -172,7 +172,7 @@ class ConverterControl(Record):
     """Bandwidths of the converters' control loops."""
 
     current_bandwidth: float = Field(default=100.0, gt=0.0, le=2000.0)
-    """[Hz; 20 to 1000] of the current controls of both sides."""
+    """[Hz; 20 to 1000] bandwidth of the current controls of both sides."""
     voltage_bandwidth: float = Field(default=10.0, gt=0.0)
     """[Hz; 1 to 100] natural frequency of the control of the DC link's voltage, by the grid side."""
     lock_bandwidth: float = Field(default=10.0, gt=0.0)
@@ -213,7 +213,7 @@ class ElectricalSystem(Record):
     voltage: float = Field(gt=0.0)
     """[V; 200 to 4e4] nominal voltage of the grid, line to line, rms."""
     frequency: float = Field(default=50.0, gt=0.0)
-    """[Hz; 49 to 61] nominal."""
+    """[Hz; 49 to 61] nominal frequency of the grid."""
     control: ConverterControl = ConverterControl()
     ride_through: RideThrough = RideThrough()
     forced: bool = False
@@ -291,12 +291,8 @@ class ElectricalSystem(Record):
 
     def _too_fast(self) -> list[str]:
         """Time scales that are too fast for the controls or their sub-steps (E-27, E-28)."""
-        problems, P, dc, rate = (
-            [],
-            self.machine.rated_power,
-            self.dc_link,
-            2.0 * math.pi * self.control.current_bandwidth,
-        )
+        problems: list[str] = []
+        P, dc, rate = self.machine.rated_power, self.dc_link, 2.0 * math.pi * self.control.current_bandwidth
         h, wv = self.control.longest_step, 2.0 * math.pi * self.control.voltage_bandwidth
         for name, inductance, volts, amperes in (
             ("machine", self.machine.inductance, self.machine.rated_emf, self.machine.rated_current),
@@ -372,7 +368,7 @@ def nominal_frequency(system: ElectricalSystem | None) -> float:
 
 
 LEAST, MOST = 1e-6, 1e12
-"""Of the numbers that a system is sized by: beyond, its parts could not be computed."""
+"""Limits of the numbers for sizing a system: beyond, its parts could not be computed."""
 
 
 def size_electrical(

@@ -10,7 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Record, Table, dq, number
+from meltemi.compiler import KernelRecord, Table, dq, number
 from meltemi.electrical.system import RESERVE, ElectricalSystem
 from meltemi.maths.phasors import Phasor
 
@@ -106,7 +106,7 @@ N_STATES = ElectricState.index("heat")
 """States of the linear model: all but the protection's."""
 
 
-class Electrical(Record):
+class Electrical(KernelRecord):
     """Electrical system: parameters, states with recorded quantities, and rates of the states."""
 
     electrical: ElectricalParameters

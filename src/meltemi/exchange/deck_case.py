@@ -18,11 +18,7 @@ STAND_IN = {"kind": "steady", "speed": 10.0, "shear_exponent": 0.2}
 
 
 def deck_case(
-    deck: ImportedModel,
-    turbine: str | Path,
-    *,
-    started: bool = False,
-    controller: Mapping[str, Any] | None = None,
+    deck: ImportedModel, turbine: str | Path, *, started: bool = False, controller: Mapping[str, Any] | None = None
 ) -> LoadCase:
     """Wind, sea, duration, channels, model options, gravity and air density of an OpenFAST deck or HAWC2 model.
 

@@ -35,6 +35,14 @@ class ImportNote:
     why: str = ""
 
 
+class Notes(list[ImportNote]):
+    """Notes on an import or export, in the order of its files."""
+
+    def add(self, kind: Kind, where: str, what: str, why: str = "") -> None:
+        """Append a note."""
+        self.append(ImportNote(kind, where, what, why))
+
+
 @dataclass(frozen=True, repr=False)
 class ImportedTurbine(Brief):
     """An imported turbine, with notes on the treatment of the input."""

@@ -21,15 +21,7 @@ from meltemi.app.options import (
     wind_of_options,
 )
 from meltemi.app.scans import angles_of
-from meltemi.app.terminal import (
-    OutOption,
-    print_table,
-    simulation_bar,
-    suggest,
-    warn,
-    write_results,
-    wrote,
-)
+from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, warn, write_results, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -49,17 +41,15 @@ class RowOptions(Options):
 
     row: Annotated[int | None, "Turbines of a row, one behind the other [3]."] = None
     spacing: Annotated[float | None, "Between them, in rotor diameters [5]."] = None
-    layout: Annotated[
-        Path | None,
-        "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml).",
-    ] = None
+    layout: Annotated[Path | None, "Positions of a FAST.Farm file (.fstf), windIO plant or FLORIS input (.yaml)."] = (
+        None
+    )
     wind_speed: Annotated[float | None, "Mean wind speed at hub height [m/s] [9]."] = None
     turbulence: Annotated[float | None, "Turbulence intensity [0.1]; 0 is a wind without turbulence."] = None
     wind_file: Annotated[Path | None, "Wind file in place of these: .bts, .wnd, .bin, .nc."] = None
-    direction: Annotated[
-        float | None,
-        "Wind direction [deg], clockwise from above; turbines face it [0: along x].",
-    ] = None
+    direction: Annotated[float | None, "Wind direction [deg], clockwise from above; turbines face it [0: along x]."] = (
+        None
+    )
     seed: Annotated[int | None, "Seed of the turbulence [1]."] = None
     duration: Annotated[float | None, "Duration of the simulation [s] [600]."] = None
     wakes: Annotated[str | None, "Constants: fast.farm, curled, iec, madsen, keck, none [fast.farm]."] = None
@@ -221,9 +211,8 @@ def _positions(given: dict[str, Any], diameter: float) -> tuple[Any, dict[str, A
         raise InputError(f"--row {count}: expected 1 to {MOST_TURBINES} turbines")
     if not spacing >= CLOSEST:
         raise InputError(f"--spacing {spacing:g}: expected {CLOSEST:g} rotor diameters or more, behind the near wake")
-    first = (
-        1 - count if "--wind-file" in given else 0
-    )  # a field of a file begins downwind of its origin: place the row upwind of it
+    # a field of a file begins downwind of its origin: place the row upwind of it
+    first = 1 - count if "--wind-file" in given else 0
     return [(round((first + i) * spacing * diameter, 1), 0.0) for i in range(count)], {}
 
 

@@ -31,10 +31,8 @@ def eddies_of(seed: int) -> NDArray[np.float32]:
     square = np.einsum("c...,c...->...", waves, waves)
     square[0, 0, 0] = 1.0
     amplitude = np.sqrt(square) * (square + EDDY_LENGTH**-2) ** (-17.0 / 12.0)
-    amplitude[0], amplitude[:, 0] = (
-        0.0,
-        0.0,
-    )  # no components that are constant along the wind, whose mean would not be zero
+    # no components that are constant along the wind, whose mean would not be zero
+    amplitude[0] = amplitude[:, 0] = 0.0
     white = np.fft.fftn(np.random.default_rng(seed).standard_normal((3, n, n, n)), axes=(1, 2, 3))
     white -= waves * (np.einsum("c...,c...->...", waves, white) / square)
     u = np.fft.ifftn(amplitude * white, axes=(1, 2, 3)).real

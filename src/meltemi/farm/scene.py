@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.scene.record import Scene, track_arrays
 from meltemi.simulation.result import Result
-from meltemi.simulation.scene.record import Scene, track_arrays
 
 Float = NDArray[np.float64]
 Planes = NDArray[np.float32]

@@ -16,6 +16,7 @@ import numpy as np
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.yamlfile import parse, read_text, validated
 from meltemi.exchange.openfast.text import InputFile, number, read_input
+from meltemi.exchange.report import Notes
 from meltemi.farm.layout import LARGEST
 from meltemi.farm.settings import WakeSettings
 
@@ -133,7 +134,7 @@ def _fast_farm(file: InputFile, diameter: float) -> Layout:
     turbines = file.require(["NumTurbines"], "number of turbines")
     if file.find("Mod_Wake", "NumPlanes", "NumRadii") is None:
         raise InputError(f"{file.path}: no wake dynamics (NumRadii): expected a FAST.Farm primary file of 4.x or 5.x")
-    table = file.placed(turbines, "WT_X WT_Y WT_Z", {"x": "WT_X", "y": "WT_Y", "z": "WT_Z"}, [])
+    table = file.placed(turbines, "WT_X WT_Y WT_Z", {"x": "WT_X", "y": "WT_Y", "z": "WT_Z"}, Notes())
     if not len(table["x"]):
         raise InputError(f"{file.at(turbines.line)}: NumTurbines: expected one turbine or more")
     kind = _numbers(file, "Mod_Wake") or (1.0,)

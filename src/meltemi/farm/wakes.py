@@ -127,9 +127,8 @@ class RotorState:
         x, projected = projection(float(r[1]), len(r))
         along = [projected @ np.interp(x, self.radius, load, 0.0, 0.0) for load in self.load]
         local = np.clip(np.array(along) / np.maximum(r, 1e-3) / pressure, [[0.0], [-MOST_THRUST]], MOST_THRUST)
-        return np.where(
-            (r > 0.0) & (r < radius + r[1]), local, 0.0
-        )  # the projection gives points beyond the tip a share of the load
+        # the projection gives points beyond the tip a share of the load
+        return np.where((r > 0.0) & (r < radius + r[1]), local, 0.0)
 
     def mixed(self, other: RotorState, w: float) -> RotorState:
         """Linear interpolation by w from this state to another one of the same rotor."""
@@ -244,7 +243,8 @@ class FarmWakes:
         added = float(settings.added_turbulence)
         visible = shared | {"profile": self.shown}
         self.parts = [self.shape.part(self._members(visible, x, y, added)) for x, y in positions]
-        own_members = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]  # small eddies do not advect wakes
+        # small eddies do not advect wakes
+        undisturbed = [self._members(shared, 0.0, 0.0, 0.0) for _ in range(n)]
         self.observers = [
             self.shape.field("floats", wind_arrays(wind, hub, diameter) | part.members)
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
@@ -252,7 +252,7 @@ class FarmWakes:
         self.boxes = np.full((n, 2, 2), np.inf)
         disk, rings = replace(self.model, windowed=False), settings.rings
         self.fields, self._reach = list[PlaneField](), list[float]()
-        for hub, diameter, members in zip(hubs, diameters, own_members, strict=True):
+        for hub, diameter, members in zip(hubs, diameters, undisturbed, strict=True):
             drifting = average_points(self.model, diameter, settings.rings)
             span = average_points(disk, diameter, 5, 1.0)
             span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state

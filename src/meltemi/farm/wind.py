@@ -71,9 +71,8 @@ def _generated(wind: TurbulentWind, turbines: Sequence[AnyTurbine], positions: F
     points = 2 * math.ceil(0.5 * width * POINTS / diameter) + 1
     grid = wind_grid_for(largest, points, width=width)
     lasts = duration + (float(np.ptp(along)) + 2.0 * ASIDE * diameter) / wind.speed
-    lasts = (
-        even_fast(math.ceil(lasts / wind.dt), real=True) * wind.dt
-    )  # periodic anyway: a length that is fast to transform
+    # periodic anyway: a length that is fast to transform
+    lasts = even_fast(math.ceil(lasts / wind.dt), real=True) * wind.dt
     top = grid.hub_height + 1.2 * 0.5 * diameter + ASIDE * 0.25 * diameter
     grid = grid.replace(points_z=min(grid.points_z, math.ceil((top - grid.bottom) / grid.dz) + 1))
     size = 12.0 * lasts / wind.dt * grid.points_y * grid.points_z

@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.floating.moorings import at_rest, strings
 from meltemi.floating.platform import Platform
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.sea.airy import GRAVITY
 from meltemi.structure.members import blade_beam, tower_beam
 
 Float = NDArray[np.float64]
 
 DEEPEST = 5.0
-"""[m] most that a platform may rise or sink to its equilibrium."""
+"""[m] largest rise or fall of a platform to its equilibrium."""
 ADDED = (1e-2, 1e2)
 """Bounds of added mass in surge over the mass of the water displaced."""
 STRETCH = 0.02
 """Largest strain of a line at rest."""
 
 
-def check_balance(turbine: Any, c: Coefficients) -> None:
+def check_balance(turbine: Any, c: HydroCoefficients) -> None:
     """Check that coefficients, masses and lines belong together, and that the platform floats upright.
 
     Raises:
@@ -63,8 +63,8 @@ def check_balance(turbine: Any, c: Coefficients) -> None:
         turn = np.zeros(6)
         turn[k] = 1e-3
         lines = -(lines_load(platform, turn)[k] - lines_load(platform, -turn)[k]) / 2e-3
-        own = 0.0 if platform.stiffness is None else platform.stiffness[k, k]
-        stiffness = rho * GRAVITY * c.hydrostatic[k, k] - weight + lines + own
+        platform_stiffness = 0.0 if platform.stiffness is None else platform.stiffness[k, k]
+        stiffness = rho * GRAVITY * c.hydrostatic[k, k] - weight + lines + platform_stiffness
         if stiffness <= 0.0:
             raise InputError(
                 f"{name}: platform capsizes in {motion}: water, weight and lines have a stiffness of {stiffness:.3g} "
@@ -78,14 +78,14 @@ def check_reach(platform: Platform, where: str, level: float = 0.0) -> None:
     Raises:
       InputError: they are too short.
     """
-    found, lines = [], platform.lines
+    problems, lines = [], platform.lines
     for row in strings(lines, platform.points):
         ends = lines[row[0]].fairlead, lines[row[-1]].anchor
         fixed = [x + up for x, up in zip(ends, (level * np.eye(3)[2], 0.0), strict=True) if not isinstance(x, str)]
-        found.append((row, fixed, next((x for x in ends if isinstance(x, str)), "")))
-    ways = [(row, fixed) for row, fixed, point in found if not point]
+        problems.append((row, fixed, next((x for x in ends if isinstance(x, str)), "")))
+    ways = [(row, fixed) for row, fixed, point in problems if not point]
     # two strings that meet in a free point
-    ways += [(a[0] + b[0], a[1] + b[1]) for a, b in combinations(found, 2) if a[2] and a[2] == b[2]]
+    ways += [(a[0] + b[0], a[1] + b[1]) for a, b in combinations(problems, 2) if a[2] and a[2] == b[2]]
     for which, (first, last) in ways:
         length = sum(lines[k].length for k in which)
         strain = float(np.linalg.norm(first - last)) / length - 1.0
@@ -111,9 +111,9 @@ def turbine_weight(turbine: Any) -> tuple[float, float]:
 
 
 def lines_load(platform: Platform, motion: Float) -> Float:
-    """(6,) [N], [N m] of the lines on the platform's point in a small motion (6,) [m], [rad]."""
-    own = np.array([np.zeros(3) if isinstance(line.fairlead, str) else line.fairlead for line in platform.lines])
-    own = own.reshape(-1, 3)
-    r = own + np.cross(motion[3:], own)
+    """(6,) load [N], [N m] of the lines on the platform's point in a small motion (6,) [m], [rad]."""
+    fairleads = np.array([np.zeros(3) if isinstance(line.fairlead, str) else line.fairlead for line in platform.lines])
+    fairleads = fairleads.reshape(-1, 3)
+    r = fairleads + np.cross(motion[3:], fairleads)
     rest = at_rest(platform.lines, platform.points, platform.depth, platform.water_density, motion[:3] + r)
     return np.concatenate([rest.force.sum(axis=0), np.cross(r, rest.force).sum(axis=0)])

@@ -21,14 +21,14 @@ from meltemi.structure.moving_base import MovingBase, base_motion, base_row
 class Floater(Table):
     """Constants of the platform."""
 
-    mass: float = number("kg", "of the platform with ballast")
-    centre: Vec = xyz("m", "of mass, from the platform's point")
-    inertia: Vec = xyz("kg m^2", "about the centre of mass")
-    displaced: float = number("kg", "of water at rest")
-    buoyancy_x: float = number("m", "x of its centre")
-    buoyancy_y: float = number("m", "y of its centre")
-    step: float = number("s", "between the samples of the waves")
-    period: float = number("s", "after which the waves repeat")
+    mass: float = number("kg", "mass of the platform with ballast")
+    centre: Vec = xyz("m", "centre of mass, from the platform's point")
+    inertia: Vec = xyz("kg m^2", "moments of inertia about the centre of mass")
+    displaced: float = number("kg", "mass of the displaced water at rest")
+    buoyancy_x: float = number("m", "x of the centre of buoyancy")
+    buoyancy_y: float = number("m", "y of the centre of buoyancy")
+    step: float = number("s", "interval between the samples of the waves")
+    period: float = number("s", "period after which the waves repeat")
     bed: float = number("m", "height of the sea bed")
     current: Vec = xyz("m/s", "velocity of the water at the height of the centre of mass, without waves")
 
@@ -40,32 +40,32 @@ class RadiationState(Table, axes="mode"):
     imaginary: Numbers = number("m", "state: imaginary part")
 
 
-class Strip(Table, axes="strip"):
+class DragStrip(Table, axes="strip", title="strip"):
     """Constants of the pieces of members that have drag."""
 
-    place: Vectors = xyz("m", "on the platform")
-    axis: Vectors = xyz("-", "of the member")
-    drag: Numbers = number("kg/m", "force across over velocity squared")
-    plate: Numbers = number("kg/m", "force along over velocity squared")
+    place: Vectors = xyz("m", "position of the piece on the platform")
+    axis: Vectors = xyz("-", "direction of the member")
+    drag: Numbers = number("kg/m", "drag across the member over velocity squared")
+    plate: Numbers = number("kg/m", "drag along the member over velocity squared")
 
 
 class PlatformState(Table):
     """Motion of the platform's point, and loads about it."""
 
-    elevation: float = number("m", "of the surface at the origin")
-    displacement: Vec = xyz("m", "of the platform's point")
+    elevation: float = number("m", "elevation of the surface at the origin")
+    displacement: Vec = xyz("m", "displacement of the platform's point")
     angle: Vec = xyz("rad", "roll, pitch, yaw: rotations about x, then y, then z")
-    velocity: Vec = xyz("m/s", "of the platform's point")
+    velocity: Vec = xyz("m/s", "velocity of the platform's point")
     spin: Vec = xyz("rad/s", "angular velocity")
-    arm: Vec = xyz("m", "from the tower base to the platform's point")
+    arm: Vec = xyz("m", "vector from the tower base to the platform's point")
     bias: Vec = xyz("m/s^2", "acceleration of the point without that of coordinates")
     spin_bias: Vec = xyz("rad/s^2", "angular acceleration without that of coordinates")
-    force: Vec = xyz("N", "of the water: buoyancy, waves, radiation with added mass, drag")
-    moment: Vec = xyz("N m", "of the water about the platform's point")
-    mooring_force: Vec = xyz("N", "of the lines")
-    mooring_moment: Vec = xyz("N m", "of the lines about the platform's point")
+    force: Vec = xyz("N", "force of the water: buoyancy, waves, radiation with added mass, drag")
+    moment: Vec = xyz("N m", "moment of the water about the platform's point")
+    mooring_force: Vec = xyz("N", "force of the mooring lines")
+    mooring_moment: Vec = xyz("N m", "moment of the mooring lines about the platform's point")
     offset: float = number("m", "horizontal distance of the point from its place at rest")
-    tilt: float = number("rad", "of the platform's vertical axis")
+    tilt: float = number("rad", "tilt of the platform's vertical axis")
 
 
 class FloaterSystem(System, MovingBase, Moorings):
@@ -80,14 +80,14 @@ class FloaterSystem(System, MovingBase, Moorings):
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
       platform_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
-      base_six: (7, 6) forces and moments, or other pairs of vectors, in the rows ``OWN_VELOCITY`` to ``WHOLE_LOAD``.
+      base_six: (7, 6) forces and moments, or other pairs of vectors, in the rows ``BODY_VELOCITY`` to ``WHOLE_LOAD``.
     """
 
     floater: Floater
     platform: PlatformState
     radiation: Single[RadiationState]
     d_radiation: Single[RadiationState]
-    strip: Single[Strip]
+    strip: Single[DragStrip]
     float_flow: Constant[Array2]
     float_matrices: Constant[Array2]
     float_waves: Constant[Array2]
@@ -100,7 +100,7 @@ class FloaterSystem(System, MovingBase, Moorings):
     base_six: Array2
 
 
-OWN_VELOCITY, WATER_LOAD, FURTHER_LOAD, PLACE, AGAINST_CURRENT, OWN_DRAG, WHOLE_LOAD = range(7)
+BODY_VELOCITY, WATER_LOAD, FURTHER_LOAD, PLACE, AGAINST_CURRENT, BODY_DRAG, WHOLE_LOAD = range(7)
 """Rows of ``base_six``: velocity in the platform's axes; load of the water without added mass; further load; position;
 velocity against the current, and drag, in the platform's axes; load of the water with added mass."""
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.core.hdf5 import read_hdf5
-from meltemi.floating.potential import Coefficients, about_still_water, tilt_stiffness
+from meltemi.floating.potential import HydroCoefficients, about_still_water, tilt_stiffness
 from meltemi.turbine.definition import BaseMotion
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ NEEDED = (
 ).split()
 
 
-def read_capytaine(path: Path) -> Coefficients:
+def read_capytaine(path: Path) -> HydroCoefficients:
     """Coefficients from a dataset of Capytaine, with an infinite frequency among those of the radiation.
 
     Raises:
@@ -38,7 +38,7 @@ def read_capytaine(path: Path) -> Coefficients:
     return read_hdf5(path, lambda content: _coefficients(content, path), "a dataset of Capytaine")
 
 
-def _coefficients(content: h5py.File, path: Path) -> Coefficients:
+def _coefficients(content: h5py.File, path: Path) -> HydroCoefficients:
     if missing := [name for name in NEEDED if name not in content]:
         raise InputError(
             f"{path}: no {', '.join(missing)}; a dataset of Capytaine 3 has them for a body with motions of "
@@ -74,12 +74,14 @@ def _coefficients(content: h5py.File, path: Path) -> Coefficients:
     C, mass = array("hydrostatic_stiffness", *motions) / (rho * g), float(array("inertia_matrix", *motions)[0, 0])
     centre, R = np.asarray(content["center_of_mass"]), np.asarray(content["rotation_center"])
     water = C - tilt_stiffness(centre - R, -mass / rho)  # a body's own mass need not be that of the water displaced
-    found = Coefficients(w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water)
-    return about_still_water(found, R, float(content["disp_mass"][()]) / rho)
+    coefficients = HydroCoefficients(
+        w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water
+    )
+    return about_still_water(coefficients, R, float(content["disp_mass"][()]) / rho)
 
 
 def _motions(names: Any, path: Path) -> list[int]:
-    """Places of the six motions among those of a dataset."""
+    """Indices of the six motions among those of a dataset."""
     known = [str(name.decode() if isinstance(name, bytes) else name).split("__")[-1].lower() for name in names]
     if sorted(known) != sorted(MOTIONS):
         raise InputError(f"{path}: expected the six motions of one rigid body, found {', '.join(known)[:80]}")

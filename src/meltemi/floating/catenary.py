@@ -32,7 +32,7 @@ class Ends(NamedTuple):
 
 @kernel
 def asinh(x: float) -> float:
-    """That of ``math``, in dual numbers too."""
+    """Inverse hyperbolic sine, as that of ``math`` and in dual numbers."""
     s = log(abs(x) + sqrt(1.0 + x * x))
     return s if x >= 0.0 else -s
 

@@ -18,17 +18,17 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of
 from meltemi.floating.capytaine import read_capytaine
-from meltemi.floating.potential import NO_FORCE, NONE, Coefficients
+from meltemi.floating.potential import NO_FORCE, NONE, HydroCoefficients
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 DATA = Path(__file__).parent / "data"
 LARGEST = 200_000_000
-"""[bytes] of a file."""
+"""[bytes] largest size of a file."""
 
 
-def read_coefficients(name: str) -> Coefficients:
+def read_coefficients(name: str) -> HydroCoefficients:
     """Coefficients of a library platform by name, of a compact file ``.npz``, of a dataset of Capytaine ``.nc``, or of
     WAMIT files by their common path.
 
@@ -48,28 +48,28 @@ def read_coefficients(name: str) -> Coefficients:
         )
     try:
         with np.load(BytesIO(bytes_of(path, LARGEST)), allow_pickle=False) as data:
-            names = [f.name for f in fields(Coefficients) if f.name in data or not f.name.startswith("sums")]
+            names = [f.name for f in fields(HydroCoefficients) if f.name in data or not f.name.startswith("sums")]
             single: dict[str, Any] = {name: data[name] for name in names}
-            found = {name: a.astype(np.result_type(a.dtype, np.float64)) for name, a in single.items()}
-            if found["drift"].ndim == 3:  # files of one heading, or none
-                found["drift"] = found["drift"][None][: len(found["drift_heading"])]
-            made = Coefficients(**found)
+            arrays = {name: a.astype(np.result_type(a.dtype, np.float64)) for name, a in single.items()}
+            if arrays["drift"].ndim == 3:  # files of one heading, or none
+                arrays["drift"] = arrays["drift"][None][: len(arrays["drift_heading"])]
+            coefficients = HydroCoefficients(**arrays)
     except DAMAGED as error:
         raise InputError(
             f"{path}: not a file of coefficients, or damaged ({error}); let meltemi import write it again"
         ) from None
-    _check(path, made)
-    return made
+    _check(path, coefficients)
+    return coefficients
 
 
 DAMAGED = (
     *(KeyError, ValueError, TypeError, AttributeError, IndexError, OSError, EOFError, RuntimeError, SyntaxError),
     *(OverflowError, MemoryError, zipfile.BadZipFile, zlib.error),
 )
-"""What a compact file raises that is cut, or has other bytes or content."""
+"""Exceptions for a compact file that is cut, or has other bytes or content."""
 
 
-def _check(path: Path, c: Coefficients) -> None:
+def _check(path: Path, c: HydroCoefficients) -> None:
     """Refuse arrays whose shapes do not fit each other, or that are not finite."""
     f, h = c.frequency.size, c.heading.size
     shapes: dict[str, tuple[int, ...]] = {"frequency": (f,), "heading": (h,), "excitation": (f, h, 6)}
@@ -83,22 +83,22 @@ def _check(path: Path, c: Coefficients) -> None:
     for name, shape in shapes.items():
         array = getattr(c, name)
         if array.shape != shape or not np.all(np.isfinite(array)):
-            found = "values that are not finite" if array.shape == shape else f"shape {array.shape}"
-            raise InputError(f"{path}: {name}: expected finite numbers of shape {shape}, found {found}")
+            problem = "values that are not finite" if array.shape == shape else f"shape {array.shape}"
+            raise InputError(f"{path}: {name}: expected finite numbers of shape {shape}, found {problem}")
     for name in ("frequency", "heading"):
         values = getattr(c, name)
         if not len(values) or np.any(np.diff(values) <= 0.0):
             raise InputError(f"{path}: {name}: expected numbers that increase")
 
 
-def write_coefficients(coefficients: Coefficients, path: Path) -> None:
+def write_coefficients(coefficients: HydroCoefficients, path: Path) -> None:
     """Write a compact file, in single precision."""
     single = {np.dtype(np.float64): np.float32, np.dtype(np.complex128): np.complex64}
     arrays = {f.name: getattr(coefficients, f.name) for f in fields(coefficients)}
     np.savez_compressed(path, **{name: a.astype(single[a.dtype]) for name, a in arrays.items()})
 
 
-def read_wamit(path: Path) -> Coefficients:
+def read_wamit(path: Path) -> HydroCoefficients:
     """Coefficients from files ``.1``, ``.3``, ``.hst``, of reference length 1 m, and ``.12d``, ``.12s`` if there are.
 
     Raises:
@@ -127,7 +127,7 @@ def read_wamit(path: Path) -> Coefficients:
     excitation = np.zeros((len(period), len(heading), 6), dtype=np.complex128)
     excitation[at, along, k] = waves[:, 5] + 1j * waves[:, 6]
     back = slice(None, None, -1)  # by rising frequency
-    return Coefficients(
+    return HydroCoefficients(
         frequency[back], added[back], damping[back], infinite, heading, excitation[back], hydrostatic,
         *_pairs(path, ".12d", -1.0), *_pairs(path, ".12s", 1.0),
     )  # fmt: skip
@@ -165,7 +165,9 @@ def _table(path: Path, end: str, least: int, modes: slice) -> tuple[Float, NDArr
         raise InputError(f"{name}: expected at least {least} numbers in a row, found none; is it a file of WAMIT?")
     width = max(map(len, rows))
     table = np.array([row + [0.0] * (width - len(row)) for row in rows])
-    found = table[:, modes].T.astype(np.int64) - 1
-    if found.min() < 0 or found.max() > 5:
-        raise InputError(f"{name}: modes must be from 1 to 6 (one body), found {found.min() + 1} to {found.max() + 1}")
-    return table, found
+    columns = table[:, modes].T.astype(np.int64) - 1
+    if columns.min() < 0 or columns.max() > 5:
+        raise InputError(
+            f"{name}: modes must be from 1 to 6 (one body), found {columns.min() + 1} to {columns.max() + 1}"
+        )
+    return table, columns

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 LISTED = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0, 30.0)
 """[s] periods of the printed table."""
 SLOW = 1.0
-"""[rad/s] up to which resonances are printed: those of the platform."""
+"""[rad/s] highest frequency of the printed resonances, those of the platform."""
 
 
 def rao(
@@ -48,11 +48,13 @@ def rao(
                 progress=progress,
             )  # fmt: skip
         both.append(("run", run, coherence))
-    files = [write_columns(out / f"rao_{label}.csv", *columns(found, coherence)) for label, found, coherence in both]
+    files = [
+        write_columns(out / f"rao_{label}.csv", *columns(operators, coherence)) for label, operators, coherence in both
+    ]
     files.append(write_figure(out / "rao.png", plot_operators(turbine, both)))
     platform = floater_of(model)
-    drawn = plot_radiation(turbine, platform.coefficients, platform.radiation)
-    files.append(write_figure(out / "radiation.png", drawn))
+    figure = plot_radiation(turbine, platform.coefficients, platform.radiation)
+    files.append(write_figure(out / "radiation.png", figure))
     silent = linear.silent()
     head, table = ["period [s]"], [[f"{period:g}" for period in LISTED]]
     for channel, value, (unit, factor) in zip(linear.channels, linear.value.T, linear.readable, strict=True):
@@ -72,12 +74,12 @@ def rao(
     suggest("run", turbine, "--wind-speed", wind_speed or 12, "--sea", "3,9", "--out", out)
 
 
-def columns(found: Operators, coherence: Any) -> tuple[list[tuple[str, str]], Any]:
+def columns(operators: Operators, coherence: Any) -> tuple[list[tuple[str, str]], Any]:
     """Head and rows of a file: frequency, then amplitude, phase and coherence of each channel."""
-    head, data = [("frequency", "Hz")], [found.frequency / (2.0 * np.pi)]
-    for k, (name, (unit, factor)) in enumerate(zip(found.channels, found.shown, strict=True)):
+    head, data = [("frequency", "Hz")], [operators.frequency / (2.0 * np.pi)]
+    for k, (name, (unit, factor)) in enumerate(zip(operators.channels, operators.shown, strict=True)):
         head += [(name, f"{unit}/m"), (f"{name} phase", "deg")]
-        data += [factor * np.abs(found.value[:, k]), np.degrees(np.angle(found.value[:, k]))]
+        data += [factor * np.abs(operators.value[:, k]), np.degrees(np.angle(operators.value[:, k]))]
         if coherence is not None:
             head.append((f"{name} coherence", "-"))
             data.append(coherence[:, k])

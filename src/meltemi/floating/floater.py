@@ -16,22 +16,22 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Array3, Record, Rot, Sym, Table, Vec, View, by_record, kernel, whole
+from meltemi.compiler import Array3, KernelRecord, Rot, Sym, Table, Vec, View, by_record, kernel, whole
 from meltemi.core.errors import InputError
 from meltemi.floating.balance import check_balance, check_reach
 from meltemi.floating.base import (
     AGAINST_CURRENT,
+    BODY_DRAG,
+    BODY_VELOCITY,
     FURTHER_LOAD,
-    OWN_DRAG,
-    OWN_VELOCITY,
     PLACE,
     WATER_LOAD,
     WHOLE_LOAD,
+    DragStrip,
     Floater,
     FloaterSystem,
     PlatformState,
     RadiationState,
-    Strip,
     column,
     keep_six,
     point_motion,
@@ -57,7 +57,7 @@ from meltemi.floating.mooring import (
 )
 from meltemi.floating.moorings import mooring_tables
 from meltemi.floating.platform import Platform
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.floating.radiation import Radiation, fit_radiation
 from meltemi.floating.waves import HEADINGS, displaced_forces, mean_drift, wave_forces
 from meltemi.maths.rotations import rotation
@@ -84,12 +84,12 @@ MOTIONS = tuple(f"platform_{motion}" for motion in get_args(BaseMotion))
 ADDED, WATER, FURTHER, LINEAR, QUADRATIC = 0, 6, 12, 18, 24
 """First rows of the matrices."""
 CAPSIZED = pi / 3.0
-"""[rad] of tilt, beyond which a platform turns over: far beyond that for which stiffness of the water is linear."""
+"""[rad] tilt beyond which a platform turns over, far beyond that for which the stiffness of the water is linear."""
 
 
 @kernel
 def tilt_of(R: Rot) -> float:
-    """[rad] of an orientation's vertical axis."""
+    """Tilt [rad] of the vertical axis of an orientation."""
     return atan2(sqrt(R.xz * R.xz + R.yz * R.yz), R.zz)
 
 
@@ -138,10 +138,10 @@ def water_load(t: float, m: FloaterSystem) -> None:
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
     a, angle, R = m.float_waves, p.angle, m.base.orientation
-    own, turning = R.T @ p.velocity, R.T @ p.spin
-    keep_six(OWN_VELOCITY, own, turning, m)
+    velocity, turning = R.T @ p.velocity, R.T @ p.spin
+    keep_six(BODY_VELOCITY, velocity, turning, m)
     keep_six(PLACE, p.displacement, angle, m)
-    keep_six(AGAINST_CURRENT, own - R.T @ f.current, turning, m)
+    keep_six(AGAINST_CURRENT, velocity - R.T @ f.current, turning, m)
     p.elevation = at(now, a, 0)
     for k in range(6):
         water = at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
@@ -149,11 +149,11 @@ def water_load(t: float, m: FloaterSystem) -> None:
         other, drag = 0.0 * water, 0.0 * water
         for j in range(6):
             other -= K[FURTHER + k, j] * x[PLACE, j]
-            drag -= K[LINEAR + k, j] * x[OWN_VELOCITY, j]
+            drag -= K[LINEAR + k, j] * x[BODY_VELOCITY, j]
             drag -= K[QUADRATIC + k, j] * (x[AGAINST_CURRENT, j] * abs(x[AGAINST_CURRENT, j]))
         for n in range(m.radiation.modes):
             water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
-        x[WATER_LOAD, k], x[FURTHER_LOAD, k], x[OWN_DRAG, k] = water, other, drag
+        x[WATER_LOAD, k], x[FURTHER_LOAD, k], x[BODY_DRAG, k] = water, other, drag
     # lift and moments of the water turn with the heading
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
     for j in range(2, 5):
@@ -162,11 +162,12 @@ def water_load(t: float, m: FloaterSystem) -> None:
     x[WATER_LOAD, 2] += g * lift.x
     x[WATER_LOAD, 3] += g * (cz * lift.y - sz * lift.z)
     x[WATER_LOAD, 4] += g * (sz * lift.y + cz * lift.z)
-    (F, M), (own_drag, own_moment), (strips, strip_moment) = six(WATER_LOAD, m), six(OWN_DRAG, m), strip_drag(now, R, m)
+    (F, M), (body_drag, body_moment) = six(WATER_LOAD, m), six(BODY_DRAG, m)
+    strips, strip_moment = strip_drag(now, R, m)
     if m.float_lines.shape[0] > 0:
         H, (push, turning) = rotation(Vec(0.0, 0.0, angle.z)), displaced_waves(t, m)
         F, M = F + H @ push, M + H @ turning
-    keep_six(WATER_LOAD, F + (R @ own_drag + strips), M + (R @ own_moment + strip_moment), m)
+    keep_six(WATER_LOAD, F + (R @ body_drag + strips), M + (R @ body_moment + strip_moment), m)
 
 
 @kernel
@@ -175,10 +176,10 @@ def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
     first = base_row(m)
     for k in range(6):
         T, W = column(k, m)
-        own = M @ (T + cross(W, r))
+        momentum = M @ (T + cross(W, r))
         for j in range(k + 1):
             T, W = column(j, m)
-            m.core_mass[first + k, first + j] += dot(own, T + cross(W, r))
+            m.core_mass[first + k, first + j] += dot(momentum, T + cross(W, r))
 
 
 @kernel
@@ -211,10 +212,10 @@ def move_junction(n: int, m: FloaterSystem) -> None:
     s.load[n] = F - (drag * sqrt(dot(v, v))) * v
     for k in range(6):
         T, W = column(k, m)
-        own = M @ joint_motion(n, T, W, m)
+        coupling = M @ joint_motion(n, T, W, m)
         for j in range(k + 1):
             T, W = column(j, m)
-            m.core_mass[first + k, first + j] += dot(own, joint_motion(n, T, W, m))
+            m.core_mass[first + k, first + j] += dot(coupling, joint_motion(n, T, W, m))
 
 
 @by_record
@@ -226,7 +227,7 @@ def line_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
 @line_pull.variant
 @kernel
 def static_pull(i: int, r: Vec, m: FloaterSystem) -> Vec:
-    """Of a string in its static shape, with drag and inertia of its motion (W-12 to W-15)."""
+    """Force of a string in its static shape on its fairlead, with drag and inertia of its motion (W-12 to W-15)."""
     ends, load, n = m.line_end, m.line_load, m.line_order.foot[i]
     v = ends.velocity[i]
     low = m.line.anchor[i] if n < 0 else m.point_state.place[n]
@@ -255,7 +256,7 @@ def settle_points(m: FloaterSystem) -> None:
 @settle_points.variant
 @kernel
 def settle_junctions(m: FloaterSystem) -> None:
-    """Of lines in their static shapes."""
+    """Bring the junctions of lines in their static shapes into equilibrium."""
     for n in range(m.point.points):  # type: ignore[attr-defined]
         if m.point.junction[n] > 0.0 and is_held(n, m):
             settle(n, m)
@@ -329,7 +330,7 @@ def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
 @begin_parts_step.variant
 @kernel
 def floater_begin(dt: float, m: FloaterSystem) -> None:
-    """Exact for the mean velocity over the step (W-4)."""
+    """Advance the radiation, exactly for the mean velocity over the step (W-4)."""
     x = m.radiation
     for n in range(x.modes):
         s, z = m.float_pole[n, 0], m.float_pole[n, 1]
@@ -347,7 +348,7 @@ def floater_begin(dt: float, m: FloaterSystem) -> None:
 @check_parts.variant
 @kernel
 def floater_upright(m: FloaterSystem, run: March) -> None:
-    """A platform that turns over ends the run."""
+    """End the run of a platform that turns over."""
     m.platform.tilt = tilt_of(point_motion(m).orientation)
     if m.platform.tilt > CAPSIZED:
         run.clock.status = DIVERGED
@@ -388,11 +389,11 @@ class FloaterPart(Part):
     Attributes:
       sizes: lengths of the axes of the signals.
       constants: all other arrays of the records.
-      coefficients, radiation: of the hull and its members, and the oscillations fitted to them.
-      platform: its description.
+      coefficients, radiation: coefficients of the hull and its members, and the oscillations fitted to them.
+      platform: description of the platform.
     """
 
-    system: ClassVar[type[Record] | None] = FloaterSystem
+    system: ClassVar[type[KernelRecord] | None] = FloaterSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         "platform": PlatformState,
         "radiation": RadiationState,
@@ -402,7 +403,7 @@ class FloaterPart(Part):
     parameter_tables: ClassVar[ParameterTables] = ((Floater, "floater", Floater.names),)
     sizes: dict[str, int]
     constants: dict[str, Any]
-    coefficients: Coefficients
+    coefficients: HydroCoefficients
     radiation: Radiation
     platform: Platform
 
@@ -432,12 +433,12 @@ class FloaterPart(Part):
         return (StateRows("radiation", "d_radiation", names, ("m",) * (2 * n)),)
 
     def notices(self, channels: Sequence[Channel]) -> list[str]:
-        """What recorded tensions of static lines lack."""
+        """Warnings about recorded tensions of static lines."""
         tensions = any(channel.source[0] == "line_load" for channel in channels)
         return [self.platform.tension_warning] if tensions and self.platform.tension_warning else []
 
     def why(self, case: Any) -> str:
-        """The platform turns over, or nothing."""
+        """The message that the platform turns over, or nothing."""
         if float(case.view("platform")["tilt"]) <= CAPSIZED:
             return ""
         return (
@@ -451,7 +452,7 @@ class FloaterPart(Part):
         Raises:
           InputError: the waves, or a part of them, are not in the coefficients.
         """
-        place = View(Strip, self.constants["strip"])["place"].T
+        place = View(DragStrip, self.constants["strip"])["place"].T
         n, platform = len(place), self.platform.replace(depth=self.platform.depth + sea.level)
         check_reach(self.platform, f"sea.level: with {sea.level:g} m", sea.level)
         if sea.current is not None and not n and platform.quadratic_damping is None:
@@ -475,11 +476,11 @@ class FloaterPart(Part):
         """Level and current of a sea, as ``still`` has them, and the mean drift of its waves.
 
         Raises:
-          InputError: as of :meth:`in_sea`.
+          InputError: as for :meth:`in_sea`.
         """
-        found = self.in_sea(still, 1.0, (0.0, 0.0), gravity)
-        found.float_waves[:, 1:] += mean_drift(sea, self.coefficients, self.platform, gravity)
-        return found
+        steady = self.in_sea(still, 1.0, (0.0, 0.0), gravity)
+        steady.float_waves[:, 1:] += mean_drift(sea, self.coefficients, self.platform, gravity)
+        return steady
 
 
 @dataclass(frozen=True)
@@ -494,12 +495,12 @@ class FloatingSea(Part):
     float_forces: Float
 
     def arrays(self) -> dict[str, Any]:
-        """Those that replace the ones of still water."""
+        """Arrays that replace those of still water."""
         return {**vars(self), "floater": self.floater.copy(), "line": self.line.copy()}
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
-    """The platform of a turbine; as ``simulation.parts.parts_of``.
+    """The platform of a turbine; arguments and errors as for ``simulation.parts.parts_of``.
 
     Raises:
       InputError: no coefficients, no fit of the radiation, or the platform does not float.
@@ -521,8 +522,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     v["step"], v["period"], v["bed"] = 1.0, 1.0, -platform.depth
     some = pieces(platform.members)
     has = (some.drag > 0.0) | (some.plate > 0.0)
-    strip = Strip.zeros(strip=int(has.sum()))
-    v = View(Strip, strip)
+    strip = DragStrip.zeros(strip=int(has.sum()))
+    v = View(DragStrip, strip)
     v["place"], v["axis"], v["drag"], v["plate"] = (
         each[has].T for each in (some.place, some.axis, rho * some.drag, rho * some.plate)
     )

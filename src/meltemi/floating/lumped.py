@@ -17,8 +17,8 @@ from math import sqrt
 from typing import Any, ClassVar, NamedTuple
 
 from meltemi.compiler import (
+    KernelRecord,
     Numbers,
-    Record,
     Single,
     Sym,
     Symmetrics,
@@ -44,7 +44,7 @@ THETA = 0.5
 BED_STIFFNESS, BED_DAMPING = 3e6, 3e5
 """[Pa/m], [Pa s/m] of the sea bed below a line, over its diameter; the defaults of MoorDyn."""
 CREEP = 0.01
-"""[m/s] of a point on the bed, below which friction grows linearly."""
+"""[m/s] velocity of a point on the bed below which friction grows linearly."""
 LONGEST = 2.0
 """Length of a segment over that without tension beyond which a line has diverged: a run ends."""
 BEGUN, BROKEN = 1.0, 2.0
@@ -55,7 +55,7 @@ RELAXATIONS, LONG_STEP = 200, 0.5
 class LinePoint(Table, axes="line node"):
     """Points of lines on the way to the last point of their string: a fairlead, or a junction."""
 
-    position: Vectors = xyz("m", "state: place")
+    position: Vectors = xyz("m", "state: position")
     velocity: Vectors = xyz("m/s", "state: velocity")
 
 
@@ -63,14 +63,14 @@ class LineState(Table, axes="line"):
     """Whether a line moves, and the first end of a string: at a junction that on the platform, else the anchor."""
 
     begun: Numbers = number("-", "1 after the first step, 2 once it diverges")
-    start: Vectors = xyz("m", "state: place")
-    start_velocity: Vectors = xyz("m/s", "state: velocity")
+    start: Vectors = xyz("m", "state: position of the first end of the string")
+    start_velocity: Vectors = xyz("m/s", "state: velocity of the first end of the string")
 
 
 class Elimination(Table, axes="line node"):
     """Rows of the tridiagonal system of a line."""
 
-    inverse: Symmetrics = symmetric("1/kg", "of the reduced block on the diagonal")
+    inverse: Symmetrics = symmetric("1/kg", "inverse of the reduced block on the diagonal")
     beyond: Symmetrics = symmetric("kg", "block of the point above, with the opposite sign")
     right: Vectors = xyz("kg m/s", "reduced right-hand side")
 
@@ -338,7 +338,7 @@ def hang(m: LumpedSystem) -> None:
 @begin_parts_step.variant
 @kernel
 def lumped_begin(dt: float, m: LumpedSystem) -> None:
-    """Lines follow their fairleads to the end of the step."""
+    """Advance the lines to the end of the step: they follow their fairleads."""
     x, s, begun = m.line_state, m.line_point, 1.0
     R, spin, displacement, velocity = point_motion(m)
     for i in range(x.lines):  # type: ignore[attr-defined]
@@ -363,7 +363,7 @@ def lumped_begin(dt: float, m: LumpedSystem) -> None:
 @check_parts.variant
 @kernel
 def lumped_check(m: LumpedSystem, run: March) -> None:
-    """A line that diverges ends the run."""
+    """End the run when a line diverges."""
     for i in range(m.line_state.lines):  # type: ignore[attr-defined]
         if not m.line_state.begun[i] <= BEGUN:
             run.clock.status = DIVERGED
@@ -394,7 +394,7 @@ def first_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
 
 @kernel
 def last_segment(i: int, m: LumpedSystem) -> tuple[Vec, Vec]:
-    """The same of the last one."""
+    """Ends of the last segment of a line on the way to the last point of its string, and their rate, apart."""
     s, last = m.line_point, m.line_point.nodes - 1
     return s.position[i, last] - s.position[i, last - 1], s.velocity[i, last] - s.velocity[i, last - 1]
 
@@ -448,7 +448,7 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
 class LumpedPart(FloaterPart):
     """The platform of a model on moving lines."""
 
-    system: ClassVar[type[Record] | None] = LumpedSystem
+    system: ClassVar[type[KernelRecord] | None] = LumpedSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         **FloaterPart.signals,
         "line_point": LinePoint,
@@ -456,21 +456,21 @@ class LumpedPart(FloaterPart):
     }
 
     def why(self, case: Any) -> str:
-        """The platform turns over, a line diverges, or nothing."""
-        found = [i for i, begun in enumerate(case.view("line_state")["begun"]) if not begun <= BEGUN]
-        if (words := super().why(case)) or not found:
+        """The message that the platform turns over or that a line diverges, or nothing."""
+        unsettled = [i for i, begun in enumerate(case.view("line_state")["begun"]) if not begun <= BEGUN]
+        if (words := super().why(case)) or not unsettled:
             return words
         return (
-            f"mooring line {found[0] + 1} diverges, with {self.platform.segments} segments: give it drag and a "
+            f"mooring line {unsettled[0] + 1} diverges, with {self.platform.segments} segments: give it drag and a "
             "damping_ratio, or fewer segments; a shorter time step helps, too (options.time_step)"
         )
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
-    """The platform of a turbine, on static or moving lines; as ``simulation.parts.parts_of``.
+    """The platform of a turbine, on static or moving lines; arguments and errors as for ``simulation.parts.parts_of``.
 
     Raises:
-      InputError: as of :func:`meltemi.floating.floater.part_of`.
+      InputError: as for :func:`meltemi.floating.floater.part_of`.
     """
     part = static_part(turbine, options, rotor)
     if part.platform.line_model == "static":

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Record, Vector
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.sea.airy import profiles, wave_number
 from meltemi.sea.field import summed, times
 
@@ -24,10 +24,10 @@ Complex = NDArray[np.complex128]
 PIECE = 2.0
 """[m] longest piece."""
 FARTHEST = 500.0
-"""[m] of a member from the tower's axis at still water."""
+"""[m] largest distance of a member from the tower's axis at still water."""
 FREQUENCY = np.arange(0.02, 5.0, 0.02)
 HEADING = np.arange(-180.0, 181.0, 10.0)
-"""[rad/s], [deg] of the excitation of a platform without potential flow."""
+"""[rad/s], [deg] frequencies and headings of the excitation of a platform without potential flow."""
 
 
 class Member(Record):
@@ -37,13 +37,13 @@ class Member(Record):
     """
 
     start: Vector
-    """(3,) [m] x, y, and height above still water; of a column the lower end."""
+    """(3,) [m] x, y, and height above still water of one end; for a column the lower one."""
     end: Vector
-    """(3,) [m]."""
+    """(3,) [m] position of the other end."""
     diameter: float = Field(gt=0.0)
-    """[m; 0.2 to 60] at the start."""
+    """[m; 0.2 to 60] diameter at the start."""
     end_diameter: float | None = Field(default=None, gt=0.0)
-    """[m] by default ``diameter``."""
+    """[m] diameter at the end; by default ``diameter``."""
     drag: float = Field(default=0.0, ge=0.0)
     """Drag coefficient [-; 0.2 to 3] across the member, over its diameter."""
     added_mass: float = Field(default=0.0, ge=0.0)
@@ -71,19 +71,19 @@ class Member(Record):
 
     @property
     def diameters(self) -> tuple[float, float]:
-        """[m] at start and end."""
+        """[m] diameters at start and end."""
         return self.diameter, self.diameter if self.end_diameter is None else self.end_diameter
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """What is under water of members, in pieces (P,); the start of a member is a piece without length.
+    """The submerged parts of members in pieces (P,); the start of a member is a piece without length.
 
     Attributes:
       place: (P, 3) [m] middle; axis: (P, 3).
       volume: [m^3]; drag, plate: [m^2] half the drag coefficient times area, across and along.
       added, along: [m^3] added mass over density, across and along; pushed: [m^3] volume that the wave pushes across;
-      area: [m^2] on which its pressure acts along the axis.
+      area: [m^2] area on which the pressure acts along the axis.
     """
 
     place: Float
@@ -150,26 +150,28 @@ def at_rest(members: Sequence[Member]) -> tuple[float, Float, Float]:
             top = int(each.end[2] > 0.0)
             cut, radius = wet[top], 0.5 * wet[2][top]
             slope = float(np.linalg.norm(each.end - each.start)) / abs(each.end[2] - each.start[2])
-            A, own = np.pi * radius**2 * slope, 0.25 * np.pi * radius**4 * slope
+            A, inertia = np.pi * radius**2 * slope, 0.25 * np.pi * radius**4 * slope
             arm = np.array([1.0, cut[1], -cut[0]])
-            C[2:5, 2:5] += A * np.outer(arm, arm) + np.diag([0.0, own, own])
+            C[2:5, 2:5] += A * np.outer(arm, arm) + np.diag([0.0, inertia, inertia])
     C[3, 3] += V * z
     C[4, 4] += V * z
     C[3, 5], C[4, 5] = -V * x, -V * y
     return V, centre, C
 
 
-def with_members(c: Coefficients | None, members: Sequence[Member], depth: float, gravity: float) -> Coefficients:
+def with_members(
+    c: HydroCoefficients | None, members: Sequence[Member], depth: float, gravity: float
+) -> HydroCoefficients:
     """Coefficients with inertia and pressure of members besides potential flow, or without it, buoyancy too.
 
     Args:
       c: potential flow; None without.
-      depth: [m].
+      depth: [m] depth of the water.
     """
     if c is None:
         one = np.zeros((len(FREQUENCY), 6, 6))
         push = np.zeros((len(FREQUENCY), len(HEADING), 6), dtype=np.complex128)
-        c = Coefficients(FREQUENCY, one, one, one[0], HEADING, push, at_rest(members)[2])
+        c = HydroCoefficients(FREQUENCY, one, one, one[0], HEADING, push, at_rest(members)[2])
     p = pieces(members)
     if not (p.added.any() or p.along.any() or p.pushed.any() or p.area.any()):
         return c
@@ -216,8 +218,8 @@ def flow_at(
     waves = sea.components(depth, duration, gravity)
     dt, count, total = times(waves, duration, sums)
     k = wave_number(waves.frequency, depth, gravity)
-    there = place + np.array([*origin, 0.0])
-    velocity = waves.amplitude[:, None] * _velocity(there, waves.frequency, k, waves.direction, depth)
+    position = place + np.array([*origin, 0.0])
+    velocity = waves.amplitude[:, None] * _velocity(position, waves.frequency, k, waves.direction, depth)
     series = summed(waves, velocity.transpose(0, 2, 1).reshape(-1, len(k)), dt, count, total)
     if sea.current is not None:
         steady = np.column_stack([sea.current.at(place[:, 2], depth), np.zeros(len(place))])

@@ -13,8 +13,8 @@ from math import sqrt
 
 from meltemi.compiler import (
     Entries,
+    KernelRecord,
     Numbers,
-    Record,
     Single,
     Sym,
     Symmetrics,
@@ -36,7 +36,7 @@ NONE, INNER = -1, -2
 STEPS, EXACT = 60, 1e-9
 """Most steps of a search, and the residual of a string over its length."""
 SLACK = 1e-3
-"""Of the length of a string, by which the span at which it would hang straight down is exceeded at least."""
+"""Least excess of the span over that at which a string would hang straight down, as a fraction of its length."""
 POINTS = 8
 """Points of a line at which its drag and inertia act."""
 REACH = 0.25
@@ -49,19 +49,19 @@ class Line(Table, axes="line"):
     """Constants of a mooring line."""
 
     fairlead: Vectors = xyz("m", "upper end of the string on the platform")
-    anchor: Vectors = xyz("m", "of the string, in inertial axes")
-    length: Numbers = number("m", "unstretched")
-    mass: Numbers = number("kg/m", "without that of the water displaced")
+    anchor: Vectors = xyz("m", "anchor of the string, inertial axes")
+    length: Numbers = number("m", "unstretched length")
+    mass: Numbers = number("kg/m", "mass per length less that of the displaced water")
     stiffness: Numbers = number("N", "Young's modulus times section")
-    friction: Numbers = number("-", "of the sea bed")
-    drag: Numbers = number("kg/m^2", "force across, over length and velocity squared")
-    axial_drag: Numbers = number("kg/m^2", "force along")
-    inertia: Numbers = number("kg/m", "mass with that of the water that moves with it across")
-    axial_inertia: Numbers = number("kg/m", "the same along")
+    friction: Numbers = number("-", "friction coefficient of the sea bed")
+    drag: Numbers = number("kg/m^2", "drag across the line, over length and velocity squared")
+    axial_drag: Numbers = number("kg/m^2", "drag along the line, over length and velocity squared")
+    inertia: Numbers = number("kg/m", "inertia per length across the line, with the water that moves with it")
+    axial_inertia: Numbers = number("kg/m", "inertia per length along the line")
     on_bed: Numbers = number("-", "1 if it may lie on the sea bed, else 0")
     damping: Numbers = number("N s", "axial damping force over rate of strain, of a moving line")
-    diameter: Numbers = number("m", "of the line, by which the bed carries it")
-    reach: Numbers = number("m", "unstretched length of it and of the lines below it in its string")
+    diameter: Numbers = number("m", "diameter of the line, by which the bed carries it")
+    reach: Numbers = number("m", "unstretched length of the line and of those below it in its string")
 
 
 class LineOrder(Table, axes="line", integer=True):
@@ -81,8 +81,8 @@ class LineOrder(Table, axes="line", integer=True):
 class LineLoad(Table, axes="line"):
     """Forces of a mooring line."""
 
-    horizontal: Numbers = number("N", "at the upper end, kept as the next first guess")
-    vertical: Numbers = number("N", "at the upper end, downwards")
+    horizontal: Numbers = number("N", "horizontal force at the upper end, the first guess of the next search")
+    vertical: Numbers = number("N", "downward force at the upper end")
     fairlead: Numbers = number("N", "tension at the upper end")
     anchor: Numbers = number("N", "tension at the lower end")
 
@@ -92,30 +92,30 @@ class LineEnd(Table, axes="line"):
 
     upper: Vectors = xyz("m", "upper end")
     lower: Vectors = xyz("m", "lower end")
-    velocity: Vectors = xyz("m/s", "of the fairlead")
-    stiffness: Symmetrics = symmetric("N/m", "of the string against displacements of one end; at junctions")
+    velocity: Vectors = xyz("m/s", "velocity of the fairlead")
+    stiffness: Symmetrics = symmetric("N/m", "stiffness of the string against displacements of one end; at junctions")
 
 
 class FreePoint(Table, axes="point"):
     """Constants of the free points."""
 
-    mass: Numbers = number("kg", "without that of the water displaced")
-    inertia: Numbers = number("kg", "with that of the water that moves with it")
-    drag: Numbers = number("kg/m", "force over velocity squared")
+    mass: Numbers = number("kg", "mass less that of the displaced water")
+    inertia: Numbers = number("kg", "mass with that of the water that moves with the point")
+    drag: Numbers = number("kg/m", "drag over velocity squared")
     junction: Numbers = number("-", "1 if strings meet there, 0 within a string")
 
 
 class PointState(Table, axes="point"):
     """Junctions in equilibrium."""
 
-    place: Vectors = xyz("m", "kept as the next first guess")
+    place: Vectors = xyz("m", "position, the first guess of the next search")
     known: Numbers = number("-", "1 after the first search")
     flexibility: Symmetrics = symmetric("m/N", "displacement by a force")
-    load: Vectors = xyz("N", "drag of what moves with it")
+    load: Vectors = xyz("N", "drag of the water on the point and what moves with it")
 
 
-class Moorings(Record):
-    """What lines need, on a platform or alone."""
+class Moorings(KernelRecord):
+    """Tables of the mooring lines, on a platform or alone."""
 
     structure: StructureParameters
     faults: Faults
@@ -336,14 +336,14 @@ def settle(n: int, m: Moorings) -> None:
 
 
 @kernel
-def carried(part: Ends, e: Ends, side: float, c: float, b: float, own: Vec, drag: Vec, v: Vec) -> tuple[Vec, Sym]:
+def carried(part: Ends, e: Ends, side: float, c: float, b: float, inertia: Vec, drag: Vec, v: Vec) -> tuple[Vec, Sym]:
     """Drag and inertia of a point of a string at its upper end, which moves with ``v``; along, aside, up (W-15).
 
     Args:
       part: span of what is below the point; e: of the string.
       side: motion aside by that of the upper end.
       c, b: direction of the line, along and up.
-      own: [kg] inertia along the line and across it; drag: [kg/m] along, across, and in any direction.
+      inertia: [kg] inertia along the line and across it; drag: [kg/m] along, across, and in any direction.
     """
     det = e.xh * e.zv - e.xv * e.zh
     hh, hz = (part.xh * e.zv - part.xv * e.zh) / det, (part.xv * e.xh - part.xh * e.xv) / det
@@ -356,11 +356,11 @@ def carried(part: Ends, e: Ends, side: float, c: float, b: float, own: Vec, drag
     gh, gz = b * fn * normal - c * fa * along, -b * fa * along - c * fn * normal
     ah, az, nh, nz = c * hh + b * zh, c * hz + b * zz, c * zh - b * hh, c * zz - b * hz
     mass = Sym(
-        own.x * ah * ah + own.y * nh * nh,
-        own.y * side * side,
-        own.x * az * az + own.y * nz * nz,
+        inertia.x * ah * ah + inertia.y * nh * nh,
+        inertia.y * side * side,
+        inertia.x * az * az + inertia.y * nz * nz,
         0.0 * side,
-        own.x * ah * az + own.y * nh * nz,
+        inertia.x * ah * az + inertia.y * nh * nz,
         0.0 * side,
     )
     return Vec(hh * gh + zh * gz, -side * fn * ul, hz * gh + zz * gz), mass
@@ -372,7 +372,7 @@ def moved_line(k: int, e: Ends, rest: Ends, ground: float, across: float, v: Vec
 
     Args:
       e: span of the string; rest: of the lines below.
-      ground: [m] of the string that lies on the bed.
+      ground: [m] length of the string that lies on the bed.
     """
     line, load, zero = m.line, m.line_load, 0.0 * across
     L, w, EA, friction, on_bed = line_of(k, m)
@@ -389,7 +389,7 @@ def moved_line(k: int, e: Ends, rest: Ends, ground: float, across: float, v: Vec
         M += Sym(zero, lying * (b * b + a * b + a * a) / 3.0 * line.inertia[k], zero, zero, zero, zero)
     if lying < L:
         ds = (L - lying) / POINTS
-        own = Vec(line.axial_inertia[k] * ds, line.inertia[k] * ds, zero)
+        inertia = Vec(line.axial_inertia[k] * ds, line.inertia[k] * ds, zero)
         drag = Vec(line.axial_drag[k] * ds, line.drag[k] * ds, zero)
         for n in range(POINTS):
             s = lying + (n + 0.5) * ds
@@ -397,14 +397,14 @@ def moved_line(k: int, e: Ends, rest: Ends, ground: float, across: float, v: Vec
             part = more(span(H, up, s, w, EA, 0.0, 1.0 * (lying > 0.0)), rest)
             tension = sqrt(H * H + up * up)
             side = (part.x - fixed) / (across - fixed)
-            force, mass = carried(part, e, side, H / tension, up / tension, own, drag, v)
+            force, mass = carried(part, e, side, H / tension, up / tension, inertia, drag, v)
             F += force
             M += mass
     p = m.line_order.point[k]
     if p >= 0:
-        own, drag = Vec(m.point.inertia[p], m.point.inertia[p], zero), Vec(zero, zero, m.point.drag[p])
+        inertia, drag = Vec(m.point.inertia[p], m.point.inertia[p], zero), Vec(zero, zero, m.point.drag[p])
         side = max(rest.x - fixed, 0.0) / (across - fixed)
-        force, mass = carried(rest, e, side, zero + 1.0, zero, own, drag, v)
+        force, mass = carried(rest, e, side, zero + 1.0, zero, inertia, drag, v)
         F += force
         M += mass
     return F, M
@@ -430,11 +430,11 @@ def moved_string(i: int, e: Ends, d: Vec, across: float, velocity: Vec, m: Moori
     k = i
     while k >= 0:
         if load.horizontal[k] > 0.0:
-            own = rest
+            shape = rest
             if order.below[k] >= 0:
                 L, w, EA, friction, on_bed = line_of(k, m)
-                own = span(load.horizontal[k], load.vertical[k], L, w, EA, friction, on_bed)
-            rest = less(rest, own)
+                shape = span(load.horizontal[k], load.vertical[k], L, w, EA, friction, on_bed)
+            rest = less(rest, shape)
             force, mass = moved_line(k, e, rest, ground, across, v, m)
             F += force
             M += mass

@@ -35,23 +35,23 @@ from meltemi.turbine.plausibility import doubt
 
 Float = NDArray[np.float64]
 ON_BED = 1e-3
-"""[m] above the sea bed below which an anchor lies on it."""
+"""[m] height above the sea bed below which an anchor lies on it."""
 
 
 class MooringPoint(Record):
     """A free point where lines meet, with a clump weight or a buoy. It hangs in the lines and stays off the sea bed."""
 
     mass: float = Field(default=0.0, ge=0.0)
-    """[kg; 10 to 1e6] in air."""
+    """[kg; 10 to 1e6] mass in air."""
     volume: float = Field(default=0.0, ge=0.0)
-    """[m^3; 0.005 to 2000] of the water that it displaces."""
+    """[m^3; 0.005 to 2000] volume of the displaced water."""
     drag_area: float = Field(default=0.0, ge=0.0)
     """[m^2; 0.05 to 1000] drag coefficient times area."""
     added_mass: float = Field(default=0.0, ge=0.0)
     """Added mass over the mass of the water displaced [-; 0.3 to 3]."""
 
     def wet_mass(self, water_density: float) -> float:
-        """[kg] without that of the water that it displaces, of a density [kg/m^3]."""
+        """Mass [kg] less that of the displaced water of a density [kg/m^3]."""
         return self.mass - water_density * self.volume
 
 
@@ -61,17 +61,17 @@ class MooringLine(Record):
     fairlead: Vector | str
     """(3,) [m] on the platform at rest: x, y, and height above still water; or the name of one of ``points``."""
     anchor: Vector | str
-    """(3,) [m], or the name of one of ``points``."""
+    """(3,) [m] position, or the name of one of ``points``."""
     length: float = Field(gt=0.0)
-    """[m] unstretched."""
+    """[m] unstretched length."""
     mass: float = Field(gt=0.0)
-    """[kg/m] in air."""
+    """[kg/m] mass per length in air."""
     diameter: float = Field(ge=0.0)
-    """[m; 0.02 to 0.7] of a cylinder with the volume of the line."""
+    """[m; 0.02 to 0.7] diameter of a cylinder with the volume of the line."""
     stiffness: float = Field(gt=0.0)
     """[N] Young's modulus times section."""
     friction: float = Field(default=0.0, ge=0.0, le=2.0)
-    """Of the sea bed [-; 0.05 to 1.5]."""
+    """Friction coefficient of the sea bed [-; 0.05 to 1.5]."""
     drag: float = Field(default=0.0, ge=0.0)
     """Drag coefficient [-; 0.65 to 3.5] of motion across the line, over its diameter."""
     axial_drag: float = Field(default=0.0, ge=0.0)
@@ -87,24 +87,24 @@ class MooringLine(Record):
 
     @property
     def section(self) -> float:
-        """[m^2] of the water that it displaces."""
+        """[m^2] section of the displaced water."""
         return 0.25 * np.pi * self.diameter**2
 
     def wet_mass(self, water_density: float) -> float:
-        """[kg/m] without that of the water that it displaces, of a density [kg/m^3]."""
+        """Mass per length [kg/m] less that of the displaced water of a density [kg/m^3]."""
         return self.mass - water_density * self.section
 
     def ratios(self, key: str) -> list[str]:
-        """What chains, wires and ropes have in common: density, stiffness over mass, strength over stiffness."""
-        found = [doubt(f"{key}.stiffness", "it over mass [m^2/s^2]", self.stiffness / self.mass, 2e5, 6e7)]
+        """Doubts about ratios of chains, wires and ropes: density, stiffness over mass, strength over stiffness."""
+        doubts = [doubt(f"{key}.stiffness", "it over mass [m^2/s^2]", self.stiffness / self.mass, 2e5, 6e7)]
         if self.diameter > 0.0:
-            found.append(doubt(f"{key}.mass", "density [kg/m^3] by diameter", self.mass / self.section, 800.0, 1.6e4))
+            doubts.append(doubt(f"{key}.mass", "density [kg/m^3] by diameter", self.mass / self.section, 800.0, 1.6e4))
         if self.strength is not None:
-            found.append(doubt(f"{key}.strength", "it over stiffness", self.strength / self.stiffness, 2e-3, 0.2))
+            doubts.append(doubt(f"{key}.strength", "it over stiffness", self.strength / self.stiffness, 2e-3, 0.2))
         if not isinstance(self.fairlead, str) and not isinstance(self.anchor, str):
             way = float(np.linalg.norm(self.fairlead - self.anchor))
-            found.append(doubt(f"{key}.length", "it over the distance of its ends", self.length / way, 0.9, 1.3))
-        return found
+            doubts.append(doubt(f"{key}.length", "it over the distance of its ends", self.length / way, 0.9, 1.3))
+        return doubts
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -145,7 +145,7 @@ def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) ->
                 f"anchor of {len(above[name])} and the fairlead of {len(below[name])} lines"
             )
     inner = {name for name in points if len(above[name]) == len(below[name]) == 1}
-    found = []
+    result = []
     for i, (head, foot) in enumerate(ends):
         if head in inner:
             continue
@@ -158,11 +158,11 @@ def strings(lines: Sequence[MooringLine], points: Mapping[str, MooringPoint]) ->
                 f"lines: from {head} to {foot} lines join two points where lines meet; each must end at the "
                 "platform or an anchor"
             )
-        found.append(row)
-    left = set(range(len(lines))) - {i for row in found for i in row}
+        result.append(row)
+    left = set(range(len(lines))) - {i for row in result for i in row}
     if left:
         raise ValueError(f"lines: line {min(left) + 1} belongs to a ring that does not reach the platform")
-    return found
+    return result
 
 
 def mooring_tables(
@@ -230,8 +230,8 @@ class AtRest:
     Attributes:
       upper, lower: (L, 3) [m] ends.
       horizontal, vertical: (L,) [N] forces on the upper end, the vertical one downwards.
-      tension: (L, 2) [N] at upper and lower end.
-      force: (L, 3) [N] on the platform; zero of lines that do not reach it.
+      tension: (L, 2) [N] tension at upper and lower end.
+      force: (L, 3) [N] force on the platform; zero of lines that do not reach it.
       on_bed: (L,) whether they may lie on the sea bed.
     """
 
@@ -278,10 +278,10 @@ def shapes(rest: AtRest, lines: Sequence[MooringLine], water_density: float, cou
     """(count, 3) [m] places along each line from its upper end; for pictures (W-12, W-13).
 
     Args:
-      water_density: [kg/m^3].
+      water_density: [kg/m^3] density of the water.
       count: points of a line.
     """
-    found = []
+    result = []
     for i, line in enumerate(lines):
         H, V, bed = max(rest.horizontal[i], 1.0), rest.vertical[i], rest.on_bed[i]
         w = GRAVITY * line.wet_mass(water_density)
@@ -291,5 +291,5 @@ def shapes(rest: AtRest, lines: Sequence[MooringLine], water_density: float, cou
             e = span(H, max(up, 0.0) if bed else up, s, w, line.stiffness, 0.0, 1.0 * bed)
             x[k], z[k] = e.x, e.z
         way = rest.upper[i] - rest.lower[i]
-        found.append(rest.lower[i] + np.column_stack([np.outer(x / x[0], way[:2]), z]))
-    return found
+        result.append(rest.lower[i] + np.column_stack([np.outer(x / x[0], way[:2]), z]))
+    return result

@@ -20,9 +20,9 @@ STATIC_TENSIONS = (
     "sea of 3 m and 9 s their equivalent loads are 24 to 93 % too small, their standard deviations up to 88 %; set "
     "platform.line_model: dynamic for tensions"
 )
-"""What static lines lack; sizes of the library's floaters, docs/guide/floating.md."""
+"""Warning about the tensions of static lines; errors of the library's floaters, docs/guide/floating.md."""
 SAME_VOLUME = 0.01
-"""Deviation of volumes that are the same."""
+"""Largest deviation of volumes that count as equal."""
 OFF_BED = 0.02
 """Height of an anchor above the sea bed, over the depth, from which on it hangs in the water."""
 
@@ -31,15 +31,15 @@ class Platform(Record):
     """A floating platform. Heights are above still water, positions from the tower's axis, in inertial axes at rest."""
 
     depth: float = Field(gt=1.0)
-    """[m; 20 to 3000] of the water."""
+    """[m; 20 to 3000] depth of the water."""
     mass: float = Field(gt=0.0)
-    """[kg] with ballast, without tower."""
+    """[kg] mass with ballast, without tower."""
     centre: Vector
-    """(3,) [m; 0.3 to 130] of mass."""
+    """(3,) [m; 0.3 to 130] centre of mass."""
     inertia: Vector
-    """(3,) [kg m^2] about the axes x, y, z through the centre of mass."""
+    """(3,) [kg m^2] moments of inertia about the axes x, y, z through the centre of mass."""
     volume: float = Field(gt=0.0)
-    """[m^3] of the water that it displaces at rest."""
+    """[m^3] volume of the displaced water at rest."""
     buoyancy_centre: tuple[float, float] = (0.0, 0.0)
     """[m] x and y of the centre of this volume."""
     coefficients: str = ""
@@ -47,11 +47,11 @@ class Platform(Record):
     common path of WAMIT files .1, .3, .hst, .12d and .12s; about the point on the tower's axis at still water, without
     the platform's weight. Without, the members have it all."""
     linear_damping: Array | None = None
-    """(6, 6) [N s/m, N s, N m s] force against the velocity."""
+    """(6, 6) [N s/m, N s, N m s] linear damping: force against the velocity."""
     quadratic_damping: Array | None = None
     """(6, 6) [N s^2/m^2 ..] force against velocity times its absolute value, each in the platform's axes."""
     stiffness: Array | None = None
-    """(6, 6) [N/m, N/rad, N m/rad] besides that of water and lines."""
+    """(6, 6) [N/m, N/rad, N m/rad] stiffness besides that of water and lines."""
     excitation: Literal["at_rest", "displaced"] = "at_rest"
     """First-order forces of the waves at place and heading of the platform at rest; or where it is, which costs more
     time and needs coefficients of all headings."""
@@ -61,7 +61,7 @@ class Platform(Record):
     """Waves in directions that the drift coefficients lack are refused; or have the forces of the direction that they
     have, turned with the waves: exact for bodies of revolution alone."""
     drift_cutoff: float = Field(default=0.75, gt=0.0)
-    """[rad/s; 0.25 to 2] highest difference frequency."""
+    """[rad/s; 0.25 to 2] highest difference frequency of the drift forces."""
     sum_forces: bool = False
     """Forces of second order at sums of frequencies, from a file .12s, at all of its frequencies."""
     lines: tuple[MooringLine, ...] = Field(default=(), max_length=MAX_LINES)
@@ -71,16 +71,16 @@ class Platform(Record):
     """Moving lines, as points of ``segments``; or in their static shapes, with an estimate of drag and inertia, whose
     tensions lack most of what fatigues."""
     segments: int = Field(default=30, ge=4, le=400)
-    """Of a moving line."""
+    """Number of segments of a moving line."""
     members: tuple[Member, ...] = ()
     """Columns, pontoons, plates: for pictures, and for what potential flow lacks (Morison)."""
     water_density: float = Field(default=1025.0, gt=0.0)
-    """[kg/m^3; 980 to 1060]."""
+    """[kg/m^3; 980 to 1060] density of the water."""
     source: str = ""
 
     @property
     def line_words(self) -> str:
-        """The lines and how they are computed, in words; empty without lines."""
+        """Text about the lines and how they are computed; empty without lines."""
         kind = "in their static shapes" if self.line_model == "static" else f"moving, of {self.segments} segments each"
         return f"{len(self.lines)} mooring lines, {kind}" if self.lines else ""
 
@@ -104,10 +104,10 @@ class Platform(Record):
         if np.any(self.inertia <= 0.0):
             raise ValueError("inertia must be above 0")
         if not self.coefficients:
-            found = displaced(self.members)[0]
-            if abs(found - self.volume) > SAME_VOLUME * self.volume:
+            volume = displaced(self.members)[0]
+            if abs(volume - self.volume) > SAME_VOLUME * self.volume:
                 raise ValueError(
-                    f"members displace {found:.5g} m^3 of water, and volume is {self.volume:.5g}; correct either, "
+                    f"members displace {volume:.5g} m^3 of water, and volume is {self.volume:.5g}; correct either, "
                     "or give coefficients of potential flow"
                 )
         for name in ("linear_damping", "quadratic_damping", "stiffness"):
@@ -126,7 +126,7 @@ class Platform(Record):
         """Check that the base of a tower can move with it.
 
         Raises:
-          ValueError: it cannot.
+          ValueError: the base of this tower cannot move.
         """
         motions = get_args(BaseMotion)
         if foundation is None or tuple(foundation.motions) != motions:
@@ -138,19 +138,19 @@ class Platform(Record):
             raise ValueError(f"tower.base_height {tower.base_height:g} m is under water")
 
     def doubts(self, turbine: Any) -> list[str]:
-        """What is implausible in it: weight, inertia, damping and members against its volume; places; lines."""
+        """Doubts about implausible values: weight, inertia, damping and members against its volume; places; lines."""
         tower, lines = turbine.tower, enumerate(self.lines)
         size, water = self.volume ** (1.0 / 3.0), self.water_density * self.volume
         weight = self.mass + turbine.nacelle.mass + turbine.hub.mass + float(np.trapezoid(tower.mass, tower.position))
         gyration = np.sqrt(self.inertia / self.mass) / size
         over = "over the cube root of volume"
-        found = [
+        doubts = [
             doubt("platform.mass", "it and the turbine's over that of the water displaced", weight / water, 0.45, 1.02),
             doubt("platform.inertia", f"largest radius of gyration {over}", float(gyration.max()), 0.35, 2.5),
             doubt("platform.inertia", f"smallest radius of gyration {over}", float(gyration.min()), 0.1, 2.0),
         ]
         for key, place in (("buoyancy_centre", self.buoyancy_centre), ("centre", self.centre[:2])):
-            found.append(
+            doubts.append(
                 doubt(f"platform.{key}", f"its distance from the axis {over}", float(np.hypot(*place)) / size, 0.0, 1.0)
             )
         for name, scale, least, most in (
@@ -159,21 +159,21 @@ class Platform(Record):
         ):
             if (matrix := getattr(self, name)) is not None and (largest := float(np.abs(matrix[:3, :3]).max())) > 0.0:
                 what = f"of x, y, z over {'mass' if name == 'linear_damping' else 'density and area'} of the water"
-                found.append(doubt(f"platform.{name}", what, largest / scale, least, most))
+                doubts.append(doubt(f"platform.{name}", what, largest / scale, least, most))
         if self.members:
             low, *_, high = sorted(float(end[2]) for each in self.members for end in (each.start, each.end))
-            found.append(
+            doubts.append(
                 doubt("platform.centre", "its height [m], between those of members,", float(self.centre[2]), low, high)
             )
             share = displaced(self.members)[0] / self.volume
-            found.append(doubt("platform.members", "volume of those under water over volume", share, 0.6, 1.1))
+            doubts.append(doubt("platform.members", "volume of those under water over volume", share, 0.6, 1.1))
         for i, line in lines:
             key = f"platform.lines.{i}"
-            found += line.ratios(key)
+            doubts += line.ratios(key)
             if not isinstance(line.fairlead, str):
                 away = float(np.hypot(*line.fairlead[:2])) / size
-                found.append(doubt(f"{key}.fairlead", f"its distance from the axis {over}", away, 0.1, 5.0))
+                doubts.append(doubt(f"{key}.fairlead", f"its distance from the axis {over}", away, 0.1, 5.0))
             if not isinstance(line.anchor, str):
                 off, most = float(line.anchor[2] + self.depth), OFF_BED * self.depth
-                found.append(doubt(f"{key}.anchor", "its height above the sea bed [m]", off, -1.0, most))
-        return found
+                doubts.append(doubt(f"{key}.anchor", "its height above the sea bed [m]", off, -1.0, most))
+        return doubts

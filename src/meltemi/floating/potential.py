@@ -16,7 +16,7 @@ NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 0, 6), dtype=np.complex128)
 
 
 @dataclass(frozen=True)
-class Coefficients:
+class HydroCoefficients:
     """Coefficients over water density, and gravity where they have it, about a point at still water.
 
     Attributes:
@@ -24,7 +24,7 @@ class Coefficients:
       added_mass: (F, 6, 6) [m^3 .. m^5] added mass over density.
       damping: (F, 6, 6) [m^3/s ..] radiation damping over density.
       infinite: (6, 6) added mass over density at infinite frequency.
-      heading: (H,) [deg] of the waves' travel, counter-clockwise from x, increasing.
+      heading: (H,) [deg] direction of the waves' travel, counter-clockwise from x, increasing.
       excitation: (F, H, 6) force per wave amplitude over density and gravity, e^{+i w t}.
       hydrostatic: (6, 6) stiffness over density and gravity, without weight.
       drift_frequency: (D,) [rad/s]; drift: (N, D, D, 6) difference-frequency force per amplitude squared over density
@@ -55,13 +55,13 @@ def tilt_stiffness(place: Float, force: float) -> Float:
     return C
 
 
-def about_still_water(c: Coefficients, centre: Float, volume: float) -> Coefficients:
+def about_still_water(c: HydroCoefficients, centre: Float, volume: float) -> HydroCoefficients:
     """Coefficients of first order about the origin, from those about another point of the body (W-43, W-44).
 
     Args:
-      c: without forces of second order.
-      centre: (3,) [m] of rotation of the motions of ``c``.
-      volume: [m^3] of the water displaced.
+      c: coefficients without forces of second order.
+      centre: (3,) [m] centre of rotation of the motions of ``c``.
+      volume: [m^3] volume of the displaced water.
     """
     T = np.eye(6)
     T[:3, 3:] = np.cross(np.eye(3), centre).T

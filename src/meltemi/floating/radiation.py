@@ -12,20 +12,20 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 MEMORY, STEP = 60.0, 0.2
-"""[s] that the kernel lasts, and between its samples in the fit."""
+"""[s] length of the kernel, and interval between its samples in the fit."""
 GROUPS: tuple[tuple[int, ...], ...] = ((0, 4), (1, 3), (2,), (5,))
 """Motions that a platform with two planes of symmetry couples."""
 ORDERS = range(6, 41, 2)
 ACCURATE = 0.005
 """Root-mean-square error of the fitted kernel over that of the kernel, at which the order is enough."""
 SLOW = np.arange(0.0, 0.21, 0.05)
-"""[rad/s] of motions below the waves."""
+"""[rad/s] frequency of motions that are slower than the waves."""
 FIRM, CUTS, NOTHING, SMALL = 1e2, 20, 1e-4, 1e-4
 """Weight of conditions on the damping, most rounds of them, negative damping over the largest that is none, and
 residues over the largest that are left out."""
@@ -51,7 +51,7 @@ class Radiation:
 
     @property
     def words(self) -> str:
-        """Number of oscillations and errors, in words."""
+        """Text with the number of oscillations and the errors."""
         return (
             f"{len(self.pole)} oscillations, error {self.error:.1%} of the kernel, negative damping "
             f"{self.negative:.2%} of the largest"
@@ -74,14 +74,14 @@ class Radiation:
         return np.asarray((one + other).real)
 
 
-def damping_at(coefficients: Coefficients, frequency: Float) -> Float:
+def damping_at(coefficients: HydroCoefficients, frequency: Float) -> Float:
     """(F, 6, 6) damping over density, linear between the frequencies of the coefficients from none at rest."""
     w = np.append(0.0, coefficients.frequency)
     B = np.concatenate([np.zeros((1, 6, 6)), coefficients.damping])
     return np.stack([np.interp(frequency, w, c) for c in B.reshape(len(w), -1).T], axis=-1).reshape(-1, 6, 6)
 
 
-def kernel(coefficients: Coefficients, t: Float) -> Float:
+def kernel(coefficients: HydroCoefficients, t: Float) -> Float:
     """(T, 6, 6) retardation kernel over density: 2/pi int B cos(w t) dw, damping linear in between (W-3)."""
     fine = np.linspace(0.0, coefficients.frequency[-1], 8 * (len(coefficients.frequency) + 1))
     flat = damping_at(coefficients, fine).reshape(len(fine), -1)
@@ -90,7 +90,7 @@ def kernel(coefficients: Coefficients, t: Float) -> Float:
     return np.asarray((np.cos(np.outer(t, fine)) @ (weight[:, None] * flat) * 2.0 / np.pi).reshape(len(t), 6, 6))
 
 
-def fit_radiation(coefficients: Coefficients) -> Radiation:
+def fit_radiation(coefficients: HydroCoefficients) -> Radiation:
     """Fit the kernel by realisation of its Hankel matrix, with the lowest order that is accurate (W-5, W-6).
 
     Without damping there is no memory.
@@ -104,10 +104,12 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     size = np.sqrt(np.abs(coefficients.damping).max(axis=0).diagonal())
     size[size <= 1e-6 * size.max()] = np.inf
     none = np.zeros((0, 6), dtype=np.complex128)
-    found = [Radiation(none[:, 0], none, none, 0.0, 0.0)]
-    found += [_group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()]
-    pole, inputs, outputs = (np.concatenate([getattr(e, n) for e in found]) for n in ("pole", "input", "output"))
-    error, negative = max(each.error for each in found), max(each.negative for each in found)
+    groups = [Radiation(none[:, 0], none, none, 0.0, 0.0)]
+    groups += [
+        _group(K, t, size, motions, coefficients) for motions in GROUPS if np.isfinite(size[list(motions)]).all()
+    ]
+    pole, inputs, outputs = (np.concatenate([getattr(e, n) for e in groups]) for n in ("pole", "input", "output"))
+    error, negative = max(each.error for each in groups), max(each.negative for each in groups)
     if error > WORST or negative > PASSIVE:
         raise InputError(
             f"platform.coefficients: no model of the radiation fits: error {error:.2g} of the kernel, negative damping "
@@ -116,21 +118,21 @@ def fit_radiation(coefficients: Coefficients) -> Radiation:
     return Radiation(pole, inputs, outputs, error, negative)
 
 
-def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: Coefficients) -> Radiation:
+def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: HydroCoefficients) -> Radiation:
     """A group of motions with the lowest order that is accurate, made passive."""
     some, n = list(motions), len(motions)
     scale = np.outer(size[some], size[some])
 
-    def own(matrices: Float) -> Float:
+    def scaled(matrices: Float) -> Float:
         return matrices[:, some][:, :, some] / scale
 
-    h = own(K)
+    h = scaled(K)
     half = len(t) // 2
     rows = np.arange(half)[:, None] + np.arange(half)
     H = h[rows].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     H1 = h[rows + 1].transpose(0, 2, 1, 3).reshape(half * n, half * n)
     U, s, Vt = scipy.linalg.svd(H, full_matrices=False)
-    slow = own(damping_at(coefficients, SLOW))
+    slow = scaled(damping_at(coefficients, SLOW))
     wide = np.linspace(0.0, 2.0 * coefficients.frequency[-1], 400)
 
     def fit(poles: Complex, cuts: int) -> Radiation:
@@ -141,8 +143,8 @@ def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficien
         B, C = np.zeros((len(p), 6), dtype=complex), np.zeros((len(p), 6), dtype=complex)
         B[:, some], C[:, some] = vh[p, r] * size[some], u[p, :, r] * sv[p, r, None] * size[some]
         trial = Radiation(poles[p], B, C, 0.0, 0.0)
-        error = float(np.sqrt(np.mean((own(trial.kernel(t)) - h) ** 2) / np.mean(h**2)))
-        least = np.linalg.eigvalsh(own(trial.damping(wide)))
+        error = float(np.sqrt(np.mean((scaled(trial.kernel(t)) - h) ** 2) / np.mean(h**2)))
+        least = np.linalg.eigvalsh(scaled(trial.damping(wide)))
         return replace(trial, error=error, negative=max(0.0, -float(least.min()) / float(least.max())))
 
     best = np.inf, np.zeros(0, dtype=np.complex128)
@@ -175,7 +177,7 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
         low, high = 0.5 / (1j * w[:, None] - poles), 0.5 / (1j * w[:, None] - poles.conj())
         return np.concatenate([(low + high).real, (1j * (low - high)).real], axis=1)
 
-    found, kept = damping(frequency), damping(SLOW)
+    target, kept = damping(frequency), damping(SLOW)
     firm = FIRM * np.abs(real).max() / np.abs(kept).max()
     Q, R = np.linalg.qr(real)
     rows = [np.kron(np.diag(np.sqrt(twice)), R), np.kron(np.eye(len(a)), firm * kept)]
@@ -183,7 +185,7 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
     for _ in range(cuts):
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=1e-12)[0].reshape(len(a), 2 * P)
         fitted = np.zeros((len(frequency), n, n))
-        fitted[:, a, b] = fitted[:, b, a] = found @ x.T
+        fitted[:, a, b] = fitted[:, b, a] = target @ x.T
         least, direction = np.linalg.eigh(fitted)
         lowest = np.pad(least[:, 0], 1, constant_values=np.inf)
         bad = (least[:, 0] < -NOTHING * least.max()) & (lowest[1:-1] <= lowest[:-2]) & (lowest[1:-1] <= lowest[2:])
@@ -191,8 +193,8 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
             break
         for k in np.flatnonzero(bad):
             v = direction[k, :, 0]
-            size = FIRM * np.abs(real).max() / np.abs(found[k]).max()
-            rows.append(size * np.kron((v[a] * v[b] * twice)[None], found[k : k + 1]))
+            size = FIRM * np.abs(real).max() / np.abs(target[k]).max()
+            rows.append(size * np.kron((v[a] * v[b] * twice)[None], target[k : k + 1]))
             wanted.append(np.zeros(1))
     residue = np.zeros((P, n, n), dtype=np.complex128)
     residue[:, a, b] = residue[:, b, a] = (x[:, :P] + 1j * x[:, P:]).T

@@ -37,7 +37,7 @@ FLANK, WIDEST = 10, 0.1
 LEAST_DAMPING, MOST_DAMPING = 1e-3, 0.3
 """Damping ratios that the bandwidth counts at least, and above which a mode has no resonance to be refined."""
 PERIODS = (5.0, 25.0)
-"""[s] of waves in which motions have their usual size."""
+"""[s] periods of waves in which motions have their usual size."""
 SILENT = 1e-3
 """Usual size of a motion over the largest one of its unit, below which it is left out of figures and tables."""
 BINS = 12
@@ -49,8 +49,8 @@ class Operators:
     """Motions and loads per wave amplitude over frequency.
 
     Attributes:
-      frequency: (F,) [rad/s].
-      channels, units: (K,).
+      frequency: (F,) [rad/s] angular frequencies.
+      channels, units: (K,) names and units of the channels.
       value: (F, K) complex; phase relative to the wave at the turbine at rest, advance positive.
       resonances: (R, 2) natural frequencies [rad/s] and damping ratios of the linear model, lowest first.
     """
@@ -68,12 +68,12 @@ class Operators:
 
     @property
     def readable(self) -> list[tuple[str, float]]:
-        """The same for figures and tables: forces and moments in kilo- or meganewtons."""
-        found = []
+        """Units and factors for figures and tables: forces and moments in kilo- or meganewtons."""
+        readable = []
         for (unit, factor), size in zip(self.shown, self.usual(), strict=True):
             prefix, power = ("M", 1e-6) if size >= 1e6 else ("k", 1e-3)
-            found.append((prefix + unit, power) if unit.startswith("N") else (unit, factor))
-        return found
+            readable.append((prefix + unit, power) if unit.startswith("N") else (unit, factor))
+        return readable
 
     def usual(self) -> Float:
         """(K,) median amplitude in waves of ``PERIODS``, in which resonances hardly count."""
@@ -83,12 +83,12 @@ class Operators:
     def silent(self) -> list[str]:
         """Motions that symmetry makes negligible, such as sway in waves along x: below ``SILENT``."""
         size = dict(zip(self.channels, self.usual(), strict=True))
-        found = []
+        silent = []
         for three in (MOTIONS[:3], MOTIONS[3:]):
-            here = [name for name in three if name in size]
-            most = max((size[name] for name in here), default=0.0)
-            found += [name for name in here if size[name] < SILENT * most]
-        return found
+            present = [name for name in three if name in size]
+            most = max((size[name] for name in present), default=0.0)
+            silent += [name for name in present if size[name] < SILENT * most]
+        return silent
 
 
 def steady_point(model: Model[Any], wind_speed: float) -> OperatingPoint:
@@ -111,7 +111,7 @@ def linear_operators(
 
     Args:
       wind_speed: [m/s]; 0 for a rotor at rest.
-      direction: [rad] of the waves' travel, clockwise as that of the wind.
+      direction: [rad] direction of the waves' travel, clockwise as that of the wind.
       frequency: (F,) [rad/s]; by default :func:`resonant_frequencies` up to the highest of the coefficients.
       progress: callback with the completed fraction.
 
@@ -124,13 +124,13 @@ def linear_operators(
     if not wind_speed:
         linear = _without_air(linear)
     highest = float(part.coefficients.frequency[-1])
-    found = resonances(linear, highest)
-    w = resonant_frequencies(found, highest) if frequency is None else frequency
+    frequencies = resonances(linear, highest)
+    w = resonant_frequencies(frequencies, highest) if frequency is None else frequency
     waves = WaveComponents(w, np.ones(len(w), dtype=np.complex128), np.full(len(w), -direction), None)
     scale = part.platform.water_density * model.environment.gravity
     X = scale * excitation(part.coefficients, waves)
     value = np.einsum("foi,fi->fo", wave_driven(linear, part).response(1j * w), X)
-    return Operators(w, tuple(linear.outputs), tuple(linear.output_units), value, found)
+    return Operators(w, tuple(linear.outputs), tuple(linear.output_units), value, frequencies)
 
 
 def resonances(linear: LinearModel, highest: float) -> Float:
@@ -146,11 +146,11 @@ def resonant_frequencies(resonances: Float, highest: float) -> Float:
     to either side of w begin at a quarter of this distance, and widen.
     """
     lowest = min(0.1, 0.5 * float(resonances[:, 0].min(initial=np.inf)))
-    found = [np.geomspace(lowest, highest, STEPS)]
+    frequencies = [np.geomspace(lowest, highest, STEPS)]
     for w, damping in resonances:
         away = np.geomspace(0.25 * max(abs(damping), LEAST_DAMPING), WIDEST, FLANK)
-        found += [w * (1.0 - away), np.array([w]), w * (1.0 + away)]
-    w = np.unique(np.concatenate(found))
+        frequencies += [w * (1.0 - away), np.array([w]), w * (1.0 + away)]
+    w = np.unique(np.concatenate(frequencies))
     return w[(w >= lowest) & (w <= highest)]
 
 
@@ -194,7 +194,7 @@ def random_operators(
 
     Args:
       wind_speed: [m/s]; 0 for a rotor at rest.
-      direction: [rad] of the waves' travel, clockwise as that of the wind.
+      direction: [rad] direction of the waves' travel, clockwise as that of the wind.
       height: [m] significant height of the sea.
       duration: [s] evaluated, after a tenth of it.
       progress: callback with the completed fraction.
@@ -226,9 +226,9 @@ def random_operators(
     groups = inside[: len(inside) // BINS * BINS].reshape(-1, BINS)
     wave, rest = F[0, groups], F[1:, groups]
     cross = (rest * wave.conj()).mean(axis=-1)
-    power, own = (np.abs(wave) ** 2).mean(axis=-1), (np.abs(rest) ** 2).mean(axis=-1)
+    power, noise = (np.abs(wave) ** 2).mean(axis=-1), (np.abs(rest) ** 2).mean(axis=-1)
     units = tuple(result.channel(name).unit for name in channels)
-    coherence = np.abs(cross) ** 2 / (power * own)
+    coherence = np.abs(cross) ** 2 / (power * noise)
     return Operators(w[groups].mean(axis=1), tuple(channels), units, (cross / power).T), coherence.T
 
 

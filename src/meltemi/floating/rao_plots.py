@@ -14,33 +14,33 @@ from meltemi.report.plots import heading, new_figure, panel
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from meltemi.floating.potential import Coefficients
+    from meltemi.floating.potential import HydroCoefficients
     from meltemi.floating.radiation import Radiation
     from meltemi.floating.rao import Operators
 
 COHERENT = 0.6
 """Least coherence of the points of a run that are drawn."""
 LOWEST, HIGHEST = 1e-2, 1e2
-"""Of the usual amplitude of a channel: the ends of its axis, at most."""
+"""Widest limits of the axis of a channel, over its usual amplitude."""
 LONGEST, SHOWN = 40.0, {"surge": 0, "heave": 2, "pitch": 4, "yaw": 5}
-"""[s] of the kernels of the radiation that are drawn."""
+"""[s] length of the kernels of the radiation that are drawn."""
 
 
-def plot_operators(title: str, found: Sequence[tuple[str, Operators, Any]]) -> Figure:
+def plot_operators(title: str, methods: Sequence[tuple[str, Operators, Any]]) -> Figure:
     """Amplitudes over frequency: lines of the linear model, dots of a run where waves and response are coherent.
 
     Both axes are logarithmic, so that the range of the waves and the resonances are both seen; dotted lines mark these.
     An undamped resonance of the linear model, which has no drag about rest, is higher than the axes. Motions that
     symmetry makes negligible are left out, and named.
     """
-    first = found[0][1]
+    first = methods[0][1]
     silent = first.silent()
     names = [name for name in first.channels if name not in silent]
     figure, axes = new_figure(len(names), size=(9.0, 1.7 * len(names) + 1.0), share=True)
     for ax, name in zip(axes[:, 0], names, strict=True):
         k = first.channels.index(name)
         unit, factor = first.readable[k]
-        for label, each, coherence in found:
+        for label, each, coherence in methods:
             f, size = each.frequency / (2.0 * np.pi), np.abs(each.value[:, k]) * factor
             if coherence is None:
                 ax.plot(f, size, color=COLOURS[0], lw=1.0, label=label)
@@ -63,19 +63,19 @@ def plot_operators(title: str, found: Sequence[tuple[str, Operators, Any]]) -> F
 
 
 def shown_name(channel: str) -> str:
-    """A channel in words."""
+    """Text for a channel."""
     return channel.removeprefix("platform_").replace("_", " ")
 
 
-def plot_radiation(title: str, c: Coefficients, fit: Radiation) -> Figure:
+def plot_radiation(title: str, c: HydroCoefficients, fit: Radiation) -> Figure:
     """Kernels of the radiation over their first value: of the coefficients, for a convolution, and of oscillations."""
     t = np.linspace(0.0, LONGEST, 301)
-    exact, found = kernel(c, t), fit.kernel(t)
+    exact, fitted = kernel(c, t), fit.kernel(t)
     figure, axes = new_figure(len(SHOWN), size=(9.0, 1.6 * len(SHOWN) + 1.0), share=True)
     for ax, (name, i) in zip(axes[:, 0], SHOWN.items(), strict=True):
         first = np.abs(exact[:, i, i]).max() or 1.0
         ax.plot(t, exact[:, i, i] / first, ".", color=COLOURS[1], ms=3.5, label="coefficients")
-        ax.plot(t, found[:, i, i] / first, color=COLOURS[0], lw=1.0, label="oscillations")
+        ax.plot(t, fitted[:, i, i] / first, color=COLOURS[0], lw=1.0, label="oscillations")
         panel(ax, name, "-")
     axes[0, 0].legend(loc="upper right", fontsize="small")
     axes[-1, 0].set_xlabel("time [s]")

@@ -15,22 +15,22 @@ from scipy.spatial.transform import Rotation
 
 from meltemi.core.errors import InputError
 from meltemi.floating.platform import Platform
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.sea.airy import WaveComponents, wave_number
 from meltemi.sea.field import amplitudes_at, repeats, summed, times
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 MEAN_OF = 600.0
-"""[s] of a sea of which mean forces are taken."""
+"""[s] duration of a sea over which mean forces are taken."""
 HEADINGS = 36
-"""Of a platform over a turn, at which the excitation is known."""
+"""Number of headings of a platform over a turn at which the excitation is known."""
 FEWEST = 1e-4
 """Amplitude of waves over the largest below which they do not push a displaced platform."""
 
 
 def wave_forces(
-    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+    sea: Any, c: HydroCoefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
 ) -> tuple[float, float, Float]:
     """Step [s], period [s], and (T, 7) elevation, forces [N] and moments [N m] of the waves of a sea; without those of
     first order on a displaced platform.
@@ -42,8 +42,8 @@ def wave_forces(
     dt, count, total = times(waves, duration, platform.sum_forces)
     amplitude = amplitudes_at(waves, wave_number(waves.frequency, platform.depth, gravity), origin)
     scale = platform.water_density * gravity
-    here = scale * (platform.excitation == "at_rest")
-    lines = np.concatenate([amplitude[None], here * amplitude * excitation(c, waves).T])
+    at_rest = scale * (platform.excitation == "at_rest")
+    lines = np.concatenate([amplitude[None], at_rest * amplitude * excitation(c, waves).T])
     series = summed(waves, lines, dt, count, total)
     kinds: list[Any] = ["drift"] * (platform.drift != "none") + ["sums"] * platform.sum_forces
     for kind in kinds if len(waves.frequency) else ():
@@ -53,7 +53,7 @@ def wave_forces(
 
 
 def displaced_forces(
-    sea: Any, c: Coefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
+    sea: Any, c: HydroCoefficients, platform: Platform, duration: float, origin: tuple[float, float], gravity: float
 ) -> tuple[Float, Float]:
     """Waves of a sea one by one for a displaced platform (W-39).
 
@@ -84,11 +84,11 @@ def displaced_forces(
     return np.stack([waves.frequency, k * np.cos(beta), k * np.sin(beta)], axis=1), force
 
 
-def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) -> Float:
+def mean_drift(sea: Any, c: HydroCoefficients, platform: Platform, gravity: float) -> Float:
     """(6,) [N], [N m] mean forces of second order of the waves of a sea; zero without drift.
 
     Raises:
-      InputError: as of :func:`second_order`.
+      InputError: as for :func:`second_order`.
     """
     waves = sea.components(platform.depth, MEAN_OF, gravity)
     if platform.drift == "none" or not len(waves.frequency):
@@ -96,7 +96,7 @@ def mean_drift(sea: Any, c: Coefficients, platform: Platform, gravity: float) ->
     return platform.water_density * gravity * second_order("drift", c, platform, waves, waves.amplitude)[0]
 
 
-def excitation(c: Coefficients, waves: WaveComponents) -> Complex:
+def excitation(c: HydroCoefficients, waves: WaveComponents) -> Complex:
     """(M, 6) force per amplitude over density and gravity, linear between frequencies and headings (W-9).
 
     Raises:
@@ -124,7 +124,7 @@ def excitation(c: Coefficients, waves: WaveComponents) -> Complex:
 
 
 def second_order(
-    kind: Literal["drift", "sums"], c: Coefficients, platform: Platform, waves: WaveComponents, amplitude: Complex
+    kind: Literal["drift", "sums"], c: HydroCoefficients, platform: Platform, waves: WaveComponents, amplitude: Complex
 ) -> tuple[Float, WaveComponents, Complex]:
     """Mean forces (6,) over density and gravity, differences or sums of frequencies, and forces (6, P) there (W-11,
     W-29, W-38).
@@ -150,10 +150,10 @@ def second_order(
         return F, further, pairs
     N = shares(frequency, w)
     for k in range(6):
-        own = table[..., k]
-        if not np.abs(own).any():
+        transfer = table[..., k]
+        if not np.abs(transfer).any():
             continue
-        Q = N @ own @ N.T
+        Q = N @ transfer @ N.T
         mean = Q.diagonal().real
         F[k] = 0.0 if plus else (np.abs(a) ** 2 * mean).sum()
         if platform.drift == "newman" and not plus:
@@ -168,12 +168,12 @@ def shares(known: Float, x: Float) -> Float:
     if len(known) == 1:
         return np.ones((len(x), 1))
     i = np.clip(np.searchsorted(known, x) - 1, 0, len(known) - 2)
-    s, row, found = (x - known[i]) / (known[i + 1] - known[i]), np.arange(len(x)), np.zeros((len(x), len(known)))
-    found[row, i], found[row, i + 1] = 1.0 - s, s
-    return found
+    s, row, weights = (x - known[i]) / (known[i + 1] - known[i]), np.arange(len(x)), np.zeros((len(x), len(known)))
+    weights[row, i], weights[row, i + 1] = 1.0 - s, s
+    return weights
 
 
-def _in_direction(kind: str, c: Coefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:
+def _in_direction(kind: str, c: HydroCoefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:
     """Forces of second order (D, D, 6) in the direction of the waves, and angle [deg] by which they are turned."""
     heading, name, end = getattr(c, f"{kind}_heading"), "drift", "d"
     if kind == "sums":

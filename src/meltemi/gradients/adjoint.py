@@ -45,10 +45,10 @@ class Gradient(Brief):
     """An objective of a run with its derivatives by parameters.
 
     Attributes:
-      result: of the run.
-      value: of the objective.
+      result: result of the run.
+      value: value of the objective.
       parameters: names.
-      values: of the parameters; a factor on an array is 1.
+      values: values of the parameters; a factor on an array is 1.
       slopes: (parameters,) derivatives of the objective.
       seconds: [s] wall time of the march alone, and of march and adjoint, without compilation.
     """
@@ -167,13 +167,13 @@ class Backwards:
 
     def slopes(self, ways: Sequence[Direction]) -> Float:
         """Derivatives by the parameters, once the start is reached."""
-        found, case = np.zeros(len(ways)), self.simulation.case
+        slopes, case = np.zeros(len(ways)), self.simulation.case
         for k, way in enumerate(ways):
             for name, change in way.arrays.items():
-                found[k] += np.sum(self.memory.of(case[name], adjoint=True) * change)
+                slopes[k] += np.sum(self.memory.of(case[name], adjoint=True) * change)
             if way.state is not None:
-                found[k] += self.memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
-        return found
+                slopes[k] += self.memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
+        return slopes
 
 
 _march = loose(step.advance)
@@ -181,7 +181,7 @@ _march = loose(step.advance)
 
 @loose
 def _without_gears(m: Any) -> None:
-    """Nothing: a power-coefficient turbine has no gearbox."""
+    """Do nothing: a power-coefficient turbine has no gearbox."""
 
 
 def _whole(gears: Any) -> Any:
@@ -249,7 +249,7 @@ def _entry(controller: Controller) -> Any:
     """The controller's update as a function that the march calls directly.
 
     Raises:
-      InputError: it is plain Python.
+      InputError: the update is plain Python.
     """
     update = update_with_derivatives(controller)
     if update not in _ENTRIES:

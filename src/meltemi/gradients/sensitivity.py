@@ -46,7 +46,7 @@ Float = NDArray[np.float64]
 RELATIVE_STEP = 1e-4
 """Relative change of a parameter within which switches are counted."""
 OFFSET_STEP = 1e-5
-"""[rad] the same for pitch offsets, which are usually zero."""
+"""[rad] change of pitch offsets, which are usually zero, within which switches are counted."""
 DIFFERENCE_STEP = 1e-3
 """Step of :func:`finite_difference_runs` over that: with a larger step the kinks of piecewise linear polars and wind
 boxes appear in a difference, with a smaller one rounding errors."""
@@ -60,10 +60,10 @@ class Direction:
 
     Attributes:
       name: path of the parameter.
-      value: of the parameter; 1 for factors.
+      value: value of the parameter; 1 for factors.
       step: within which switches are counted.
       arrays: change of the model's arrays per unit of the parameter.
-      state: (row, change) of the controller state.
+      state: (row, change) change of the controller state.
     """
 
     name: str
@@ -78,9 +78,9 @@ class Sensitivity(Brief):
     """A result with the derivatives of its time series.
 
     Attributes:
-      result: of the simulation.
+      result: result of the simulation.
       parameters: names.
-      values: of the parameters; a factor on an array is 1.
+      values: values of the parameters; a factor on an array is 1.
       steps: changes of the parameters within which switches are counted.
       slopes: (T, channels, parameters) derivatives of the series.
       switches: number of changes of a branch or limit within a step of a parameter, by place; None for a controller
@@ -121,7 +121,7 @@ class Sensitivity(Brief):
 
         Args:
           slope: Woehler exponent.
-          f_eq: [Hz].
+          f_eq: [Hz] equivalent frequency.
         """
         series, slopes = self.series(channel, skip=skip)
         duration = float(self.result.time[-1] - self.result.time[-len(series)])
@@ -151,7 +151,7 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
     ways = directions(model, parameters, controller, start, steps or {})
     progress = run.progress
     switches: dict[str, int | None] = {}
-    found: Float | None = None
+    series_slopes: Float | None = None
     rounds = range(0, len(ways), N_DERIVATIVES)
     for number, first in enumerate(rounds):
         some = ways[first : first + N_DERIVATIVES]
@@ -160,21 +160,21 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
         if simulation.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
         result = simulation.result()
-        if found is None:
-            found = np.empty((*result.data.shape, len(ways)))
+        if series_slopes is None:
+            series_slopes = np.empty((*result.data.shape, len(ways)))
         # derivatives were carried for a step of each parameter
         slopes = simulation.case.slopes["output"][: len(result.time), :, : len(some)]
-        np.divide(slopes, [way.step for way in some], out=found[..., first : first + len(some)])
+        np.divide(slopes, [way.step for way in some], out=series_slopes[..., first : first + len(some)])
         for name, count in count_switches(simulation.case, controller).items():
             switches[name] = None if count is None else count + (switches.get(name) or 0)
-    assert found is not None
+    assert series_slopes is not None
     result.meta["parameters"] = {way.name: way.value for way in ways}
     return Sensitivity(
         result=result,
         parameters=tuple(way.name for way in ways),
         values=tuple(way.value for way in ways),
         steps=tuple(way.step for way in ways),
-        slopes=found,
+        slopes=series_slopes,
         switches=switches,
     )
 
@@ -186,8 +186,8 @@ def settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
     controller = run.controller(wind) if callable(run.controller) else run.controller
     controller = controller or BaselineController(model.turbine)
     start, _ = initial_state(model, wind, run.start() if callable(run.start) else run.start)
-    held = replace(run, model=model, wind=wind, controller=controller, start=start, events=tuple(run.events))
-    return held, model, controller, first_point(model, wind, start)
+    held_run = replace(run, model=model, wind=wind, controller=controller, start=start, events=tuple(run.events))
+    return held_run, model, controller, first_point(model, wind, start)
 
 
 def finite_difference_runs(run: Run, parameter: str, *, step: float | None = None) -> tuple[Result, Result, float]:
@@ -196,14 +196,15 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
     Args:
       run: the arguments of :func:`simulate`.
       parameter: path, see :func:`direction`.
-      step: by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes have kinks.
+      step: relative step, by default 1e-7 of the value, 1e-8 rad for pitch offsets: small, since polars and wind boxes
+        have kinks.
     """
     run, model, controller, start = settled(run)
     (way,) = directions(model, [parameter], controller, start, {} if step is None else {parameter: step})
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
     options = model.options.replace(time_step=default_step(model))
     weights = kind_of(model).step_weights(model, default_step(model))  # constants of the time step, as with derivatives
-    present, found = tables(model), []
+    present, runs = tables(model), []
     for change in (-size, size):
         moved = {name: present[name] + change * array for name, array in way.arrays.items()}
 
@@ -215,8 +216,8 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
         changed = replace(with_tables(model, moved), options=options)
         simulation = Simulation(replace(run, model=changed), prepare=prepare)
         march(simulation)
-        found.append(simulation.result())
-    return found[0], found[1], size
+        runs.append(simulation.result())
+    return runs[0], runs[1], size
 
 
 def directions(
@@ -241,14 +242,14 @@ def directions(
     twice = {name for name in parameters if list(parameters).count(name) > 1}
     if twice:
         raise InputError(f"sensitivity: parameter {sorted(twice)[0]!r} is named twice")
-    found = []
+    result = []
     for name in parameters:
         way = direction(model, name, controller, start)
         size = float(steps.get(name, way.step))
         if not 0.0 < size < np.inf:
             raise InputError(f"sensitivity: the step of {name!r} must be a positive number, found {size!r}")
-        found.append(replace(way, step=size))
-    return found
+        result.append(replace(way, step=size))
+    return result
 
 
 def direction(model: Model[Any], name: str, controller: Controller, start: StartPoint) -> Direction:
@@ -332,9 +333,9 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
 
 def tables(model: Model[Any]) -> dict[str, Float]:
     """Arrays of a model that depend on the turbine's description."""
-    own = {name: model.array(name) for name in kind_of(model).tables}
-    own |= {name: array for part in model.parts for name, array in vars(part).items()}
-    return own | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
+    arrays = {name: model.array(name) for name in kind_of(model).tables}
+    arrays |= {name: array for part in model.parts for name, array in vars(part).items()}
+    return arrays | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
 
 
 def with_tables(model: Model[Any], changed: dict[str, Float]) -> Model[Any]:

@@ -91,10 +91,10 @@ def del_gradient(
 
     Args:
       series: (T,) values.
-      derivatives: (T, P) by the parameters.
-      duration: [s] that the series covers, held.
+      derivatives: (T, P) derivatives by the parameters.
+      duration: [s] duration of the series, held constant.
       slope: m of the S-N curve.
-      f_eq: [Hz] of the equivalent load.
+      f_eq: [Hz] frequency of the equivalent load.
 
     Returns:
       the value of ``damage_equivalent_load``, and its derivatives (P,).

@@ -12,7 +12,7 @@ from meltemi.report.plots import figure_title, new_figure, panel
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from meltemi.floating.potential import Coefficients
+    from meltemi.floating.potential import HydroCoefficients
 
 SHOWN = (("surge", 0, 3), ("heave", 2, 3), ("pitch", 4, 5))
 """Motions, their places, and the power of length [m] of their added mass over density."""
@@ -20,7 +20,7 @@ FAINTEST = 1e-3
 """Of the largest excitation, below which its phase is noise."""
 
 
-def plot_coefficients(title: str, c: Coefficients) -> Figure:
+def plot_coefficients(title: str, c: HydroCoefficients) -> Figure:
     """Added mass and damping over density, and excitation in waves along x over density and gravity, over period.
 
     Phases are those by which the force leads the wave crest at the origin.

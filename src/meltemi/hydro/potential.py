@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.extras import need
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.hydro.hull import Hull
 from meltemi.hydro.panels import Panels, hull_moments, panels_of
 from meltemi.sea.airy import GRAVITY, wave_number
@@ -49,7 +49,7 @@ def coefficients_of(
     heading: Float,
     hydrostatic: Float,
     progress: Callable[[float], None] | None = None,
-) -> Coefficients:
+) -> HydroCoefficients:
     """Added mass, damping and excitation of a hull (W-37).
 
     Args:
@@ -90,7 +90,7 @@ def coefficients_of(
             progress((n + 1.0) / (len(frequency) + 1.0))
     added = 0.5 * (added + added.transpose(0, 2, 1))
     damping = 0.5 * (damping + damping.transpose(0, 2, 1))
-    return Coefficients(frequency, added[:-1], damping[:-1], added[-1], heading, excitation, hydrostatic)
+    return HydroCoefficients(frequency, added[:-1], damping[:-1], added[-1], heading, excitation, hydrostatic)
 
 
 def _solved(solver: Any, problems: list[Any]) -> list[Any]:
@@ -98,7 +98,7 @@ def _solved(solver: Any, problems: list[Any]) -> list[Any]:
     return solutions
 
 
-def change_by_panels(hull: Hull, c: Coefficients, size: float) -> tuple[float, float]:
+def change_by_panels(hull: Hull, c: HydroCoefficients, size: float) -> tuple[float, float]:
     """Relative change of added mass and excitation with panels ``COARSER`` times as large.
 
     Evaluated at the middle frequency, for surge, heave and pitch and for waves along x, relative to the largest values.

@@ -9,10 +9,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from meltemi.floating.potential import Coefficients
+from meltemi.floating.potential import HydroCoefficients
 
 
-def wamit_texts(c: Coefficients) -> dict[str, str]:
+def wamit_texts(c: HydroCoefficients) -> dict[str, str]:
     """Files .1, .3, .hst, .12d, .12s with reference length 1 m; zero frequency has the added mass of the lowest."""
     modes = [(i, j) for i in range(6) for j in range(6)]
     period = (2.0 * np.pi / c.frequency).tolist()

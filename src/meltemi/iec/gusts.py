@@ -33,17 +33,17 @@ from meltemi.wind.fields import WindSeries
 
 Sign = Literal[1, -1]
 BEGIN = 60.0
-"""[s] begin of a transient, unless another one is given."""
+"""[s] default begin of a transient."""
 LATEST = 1e6
-"""[s] begin: no run is longer."""
+"""[s] latest begin: no run is longer."""
 MOST_TURNED = 7.0
-"""[rad] direction, as of other winds."""
+"""[rad] largest wind direction, as of other winds."""
 STEP = 0.05
-"""[s] between rows while something changes."""
+"""[s] interval of the rows of a transient."""
 EOG_TIME, EOG_TIME_50, EDC_TIME, RISE_TIME, EWS_TIME = 10.5, 14.0, 6.0, 10.0, 12.0
-"""[s] T of each transient; edition 2 has a longer gust of 50 years."""
+"""[s] duration T of each transient; edition 2 has a longer gust of 50 years."""
 BETA = {1: 4.8, 50: 6.4}
-"""beta of edition 2 for 1 and 50 years [-]; that of 50 years stays in the extreme wind shear of all editions."""
+"""[-] beta of edition 2 for 1 and 50 years; the extreme wind shear of all editions has that of 50 years."""
 COHERENT_GUST = 15.0
 """V_cg [m/s]."""
 

@@ -23,7 +23,7 @@ from meltemi.wind.turbulent import TurbulentWind
 
 IecWind = SteadyWind | WindSeries | TurbulentWind
 SITUATION = ("turbine", "wind_class", "edition")
-"""What is known of every case; models that need it not ignore it."""
+"""Arguments that every case has; models that do not depend on them ignore them."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class IecModel:
     editions: tuple[Edition, ...] = (2, 3, 4)
 
     def takes(self, *, steady: bool = False) -> tuple[str, ...]:
-        """Names of its arguments."""
+        """Names of the arguments."""
         make = _function(self, steady)
         fixed = make.keywords if isinstance(make, partial) else {}
         names = [p.name for p in inspect.signature(make).parameters.values() if p.kind is not p.VAR_KEYWORD]
@@ -59,7 +59,7 @@ class IecModel:
         return (*(n for n in names if n not in fixed), *both, *free)
 
     def needs(self, *, steady: bool = False) -> tuple[str, ...]:
-        """Names of its required arguments."""
+        """Names of the required arguments."""
         parameters = inspect.signature(_function(self, steady)).parameters.values()
         return tuple(p.name for p in parameters if p.default is p.empty and p.kind is not p.VAR_KEYWORD)
 

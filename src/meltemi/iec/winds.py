@@ -24,9 +24,9 @@ from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import TurbulentWind
 
 NORMAL_EXPONENT, STORM_EXPONENT = 0.2, 0.11
-"""Of the power law [-]: ed. 3, eq. 10, and eq. 12 to 15."""
+"""[-] exponents of the power law: ed. 3, eq. 10, and eq. 12 to 15."""
 TURBULENCE = tuple(n for n in TurbulentWind.model_fields if n not in ("speed", "intensity", "edition"))
-"""Fields of a turbulent wind that the models leave free."""
+"""Fields of a turbulent wind that the models do not set."""
 
 
 def nwp(speed: float, *, direction: float = 0.0) -> SteadyWind:

@@ -297,11 +297,8 @@ class Episode:
             "ring": np.zeros((1 + s.delay, len(setup.sensors))),
             "weights": setup.weights,
         }
-        self.slot, self.law, self.counters = (
-            Slot("floats", arrays),
-            AgentState(case.controller_state[:AGENT]),
-            arrays["counters"],
-        )
+        self.slot, self.law = Slot("floats", arrays), AgentState(case.controller_state[:AGENT])
+        self.counters = arrays["counters"]
         self.records = (*run.loop.records, self.slot)
 
     def close(self) -> None:

@@ -19,8 +19,8 @@ from meltemi.compiler import (
     Array1,
     Array2,
     Array3,
+    KernelRecord,
     Numbers,
-    Record,
     Table,
     blades,
     function_at,
@@ -123,7 +123,7 @@ class CounterState(Table, title="load counter"):
     rates: float = number("1/s^2", "sum of the squared rates since the last observation")
 
 
-class Slot(Record):
+class Slot(KernelRecord):
     """Records of one turbine of an environment.
 
     Attributes:

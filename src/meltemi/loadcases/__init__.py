@@ -1,3 +1,3 @@
-"""Batches of runs on all cores, and what they keep."""
+"""Batches of runs on all cores, and stores of their results."""
 
 KERNELS = ()

@@ -23,7 +23,7 @@ from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.log import LOG
 from meltemi.core.threads import available_cores, one_blas_thread
-from meltemi.loadcases.store import Nothing, Outcome, ResultFiles, Store
+from meltemi.loadcases.store import BatchStore, Nothing, Outcome, ResultFiles
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 
@@ -76,7 +76,7 @@ class Batch:
     device: str = "cpu"
     series: bool = True
     slopes: Mapping[str, float] | None = None
-    store: Store | None = None
+    store: BatchStore | None = None
 
     def __post_init__(self) -> None:
         if self.workers is not None and not (isinstance(self.workers, int) and 1 <= self.workers <= MOST_WORKERS):
@@ -92,7 +92,8 @@ class Batch:
         if self.device != "cpu":
             _cards().check()
             self.workers = 2  # one group is prepared or evaluated while another one marches
-        self.kept: Store = self.store or (Nothing() if self.out is None else ResultFiles(self.out, rerun=self.rerun))
+        files: BatchStore = Nothing() if self.out is None else ResultFiles(self.out, rerun=self.rerun)
+        self.kept = self.store or files
         self.total = len(self.cases) if isinstance(self.cases, Sized) else self.total
         self.waiting: Iterator[tuple[int, Run]] = enumerate(self.cases)
         self.stop = threading.Event()
@@ -164,12 +165,12 @@ class Batch:
 
     def _group(self) -> Iterator[tuple[int, str, Begun]]:
         """Prepare one case, or as many as the memory holds and a graphics card runs together."""
-        held: dict[int, int] = {}
+        memory: dict[int, int] = {}
         for count, (i, name, case) in enumerate(iter(self._next, None), 1):
             if (begun := self._guarded(i, name, self._begin, i, name, case)) is not None:
                 yield i, name, begun
-                held |= memory_of(begun[-1])
-            if self.device == "cpu" or count == GROUP or sum(held.values()) > MEMORY or self.stop.is_set():
+                memory |= memory_of(begun[-1])
+            if self.device == "cpu" or count == GROUP or sum(memory.values()) > MEMORY or self.stop.is_set():
                 return
 
     def _next(self) -> tuple[int, str, Run] | None:
@@ -182,17 +183,17 @@ class Batch:
             if not isinstance(case, Run):
                 raise InputError(f"simulate_batch: cases: expected meltemi.Run, found {case!r:.60} as number {i + 1}")
             name = case.name or f"case_{i + 1:04d}"
-            taken, self.asked = name in self.names, i + 1
+            repeated, self.asked = name in self.names, i + 1
             if case.name or self.out is not None:  # a million names would need 0.1 GB
                 self.names.add(name)
-        if taken:
+        if repeated:
             self.outcomes[i] = Outcome(
                 name, Status.FAILED, f"another case of the batch has the name {name!r}", error=InputError
             )
-        return self._next() if taken else (i, name, case)
+        return self._next() if repeated else (i, name, case)
 
     def _guarded(self, i: int, name: str, action: Callable[..., Any], *arguments: Any) -> Any:
-        """What an action for a case returns; an exception in it becomes the outcome of the case."""
+        """The value of an action for a case; an exception in it becomes the outcome of the case."""
         try:
             return action(*arguments)
         except BaseException as error:
@@ -205,12 +206,12 @@ class Batch:
 
     def _begin(self, i: int, name: str, case: Run) -> Begun | None:
         """Prepare a case; None if its stored result is reused."""
-        found = self.kept.begin(name, case, self.reduce)
-        if isinstance(found, Outcome):
-            self.outcomes[i] = found
+        stored = self.kept.begin(name, case, self.reduce)
+        if isinstance(stored, Outcome):
+            self.outcomes[i] = stored
             return None
-        run = self.under_way[i] = self._prepare(found)
-        return found, run
+        run = self.under_way[i] = self._prepare(stored)
+        return stored, run
 
     def _end(self, i: int, name: str, case: Run, run: Simulation) -> None:
         """March a case to its end, unless a graphics card has done so, and keep what is asked for."""
@@ -225,11 +226,11 @@ class Batch:
     def _prepare(self, case: Run) -> Simulation:
         if case.view and not self.series:
             raise InputError("view=True and series=False exclude each other: the view is made of time series")
-        held = None if self.series else CHUNK
+        chunk = None if self.series else CHUNK
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
-            run = None if self.compiled else prepare(case, self.device, held)
+            run = None if self.compiled else prepare(case, self.device, chunk)
             self.compiled = True
-        run = run or prepare(case, self.device, held)
+        run = run or prepare(case, self.device, chunk)
         if not self.series:
             import_module("meltemi.postprocess.summary").counted(run, self.slopes)
         return run
@@ -278,7 +279,7 @@ def completed(outcomes: Iterable[Outcome]) -> list[Any]:
     """Values of the outcomes, all of which must have the status OK.
 
     Raises:
-      RunError: one did not; with its name and the reason.
+      RunError: a case has another status; the message has its name and the reason.
     """
     values = []
     for outcome in outcomes:

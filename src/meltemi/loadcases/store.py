@@ -20,7 +20,7 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
 Reduce = Callable[[Any], Any]
-"""From a result to what is kept of it."""
+"""Function from a result to the value that is kept of it."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,7 +33,7 @@ class Outcome(Shown):
       message: reason; empty for a complete and valid run.
       value: the result, the value of ``reduce``, or the file it was written to; None without a result.
       error: class of the exception that ended a failed case.
-      reused: whether its stored result was reused without a new run.
+      reused: whether the stored result was reused without a new run.
     """
 
     name: str
@@ -44,8 +44,8 @@ class Outcome(Shown):
     reused: bool = False
 
     def __repr__(self) -> str:
-        said = f": {self.message}" if self.message else ""
-        return f"<Outcome {self.name!r}, {self.status}{said}>"
+        remark = f": {self.message}" if self.message else ""
+        return f"<Outcome {self.name!r}, {self.status}{remark}>"
 
     def card(self) -> Card:
         """Status and message, and the result or file."""
@@ -63,7 +63,7 @@ class Outcome(Shown):
         return self.status is Status.OK
 
 
-class Store(Protocol):
+class BatchStore(Protocol):
     """Store of a batch; its functions are called in the threads of the cases, ``begin`` before ``keep``."""
 
     def begin(self, name: str, case: Run, reduce: Reduce | None) -> Outcome | Run:
@@ -130,10 +130,10 @@ class ResultFiles:
             raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
         case, path = made(case), self._path(name)
         self._inputs[name] = inputs = inputs_of(case)
-        found = None if self.rerun or inputs is None else _read(path)
-        if found is None or found.status is not Status.OK or found.meta.get("inputs") != inputs:
+        stored = None if self.rerun or inputs is None else _read(path)
+        if stored is None or stored.status is not Status.OK or stored.meta.get("inputs") != inputs:
             return case
-        return Outcome(name, found.status, value=path if reduce is None else reduce(found), reused=True)
+        return Outcome(name, stored.status, value=path if reduce is None else reduce(stored), reused=True)
 
     def keep(self, name: str, result: Result, reduce: Reduce | None) -> Any:
         """Write the file; the value is its path, or the reduced result."""

@@ -23,10 +23,10 @@ class LoadDuration(Brief):
     """Load-duration distribution (LDD): time and revolutions at levels of a load and of the rotor speed.
 
     Attributes:
-      load_edges: (L + 1,) in the unit of the load.
-      speed_edges: (S + 1,) [rad/s] of the shaft.
-      time: (L, S) [s].
-      revolutions: (L, S) of the shaft.
+      load_edges: (L + 1,) edges of the levels, in the unit of the load.
+      speed_edges: (S + 1,) [rad/s] edges of the levels of the shaft speed.
+      time: (L, S) [s] time at each level.
+      revolutions: (L, S) revolutions of the shaft at each level.
     """
 
     load_edges: Float
@@ -41,11 +41,11 @@ class ActuatorDuty:
 
     Attributes:
       travel: sum of the absolute changes, in the unit of the position.
-      time: [s] of the series.
-      moving: [s] in which it moves.
+      time: [s] duration of the series.
+      moving: [s] time in which it moves.
       starts: number of movements.
       reversals: number of changes of direction, with or without a pause.
-      rms_rate, largest_rate: in the unit of the position per second.
+      rms_rate, largest_rate: root mean square and largest rate, in the unit of the position per second.
     """
 
     travel: float
@@ -58,31 +58,25 @@ class ActuatorDuty:
 
 
 def load_duration(
-    load: ArrayLike,
-    shaft_speed: ArrayLike,
-    *,
-    dt: float,
-    load_edges: ArrayLike,
-    speed_edges: ArrayLike = (-inf, inf),
+    load: ArrayLike, shaft_speed: ArrayLike, *, dt: float, load_edges: ArrayLike, speed_edges: ArrayLike = (-inf, inf)
 ) -> LoadDuration:
     """Time and revolutions at levels of a load, for bearings and gears.
 
     Args:
-      load: (T,) such as the torque.
-      shaft_speed: (T,) [rad/s] of the shaft that carries it; revolutions of either sense count.
-      dt: [s] between the values; each stands for this time.
-      load_edges: (L + 1,) ascending; a bin contains its lower edge, the last one both.
-      speed_edges: (S + 1,) [rad/s] as these; a single bin by default.
+      load: (T,) series of a load, such as the torque.
+      shaft_speed: (T,) [rad/s] speed of the shaft that carries the load; revolutions of either sense count.
+      dt: [s] interval between the values; each stands for this time.
+      load_edges: (L + 1,) ascending edges; a bin contains its lower edge, the last one both.
+      speed_edges: (S + 1,) [rad/s] ascending edges in the same sense; a single bin by default.
 
     Raises:
       InputError: shapes differ, edges do not ascend, ``dt`` is not positive, or values lie outside the edges.
     """
     x, w = floats(load, "load_duration: load"), floats(shaft_speed, "load_duration: shaft_speed")
-    edges = [floats(e, "load_duration") for e in (load_edges, speed_edges)]
+    edges = floats(load_edges, "load_duration"), floats(speed_edges, "load_duration")
     positive(dt, "load_duration: dt")
     if x.ndim != 1 or w.shape != x.shape:
         raise InputError(f"load_duration: load and speed must be (T,); found {x.shape} and {w.shape}")
-    place = []
     for name, values, e in (("load", x, edges[0]), ("shaft_speed", w, edges[1])):
         if e.ndim != 1 or len(e) < 2 or not np.all(np.diff(e) > 0.0):
             raise InputError(f"load_duration: edges of {name} must be at least two ascending numbers")
@@ -91,20 +85,16 @@ def load_duration(
                 f"load_duration: {name} lies between {values.min():g} and {values.max():g}, "
                 f"edges between {e[0]:g} and {e[-1]:g}"
             )
-        place.append(np.minimum(np.searchsorted(e, values, side="right") - 1, len(e) - 2))
-    shape = (len(edges[0]) - 1, len(edges[1]) - 1)
-    cell = place[0] * shape[1] + place[1]
-    time = dt * np.bincount(cell, minlength=shape[0] * shape[1]).astype(np.float64)
-    turned = dt / (2.0 * pi) * np.bincount(cell, np.abs(w), minlength=shape[0] * shape[1]).astype(np.float64)
-    return LoadDuration(edges[0], edges[1], time.reshape(shape), turned.reshape(shape))
+    samples, angle = np.histogram2d(x, w, edges)[0], np.histogram2d(x, w, edges, weights=np.abs(w))[0]
+    return LoadDuration(*edges, dt * samples, dt / (2.0 * pi) * angle)
 
 
 def duration_load(duration: LoadDuration, *, exponent: float = 10.0 / 3.0) -> float:
     """Equivalent load of a bearing or gear: (sum u |L|^p / sum u)^(1/p) over revolutions u (L-31).
 
     Args:
-      duration: its loads are taken at the middles of the bins, which must be finite.
-      exponent: p of the life: 3 for ball bearings, 10/3 for roller bearings.
+      duration: distribution whose loads are taken at the middles of the bins, which must be finite.
+      exponent: exponent p of the life: 3 for ball bearings, 10/3 for roller bearings.
 
     Raises:
       InputError: the outer bins are open, nothing turns, or ``exponent`` is not positive.
@@ -126,21 +116,17 @@ def actuator_duty(position: ArrayLike, *, dt: float, threshold: float = 0.0) -> 
     """Travel, moving time, starts and reversals of a pitch or yaw drive (L-32, L-33).
 
     Args:
-      position: (T,) such as a pitch angle.
-      dt: [s] between the values.
+      position: (T,) series of the position, such as a pitch angle.
+      dt: [s] interval between the values.
       threshold: rate in the unit of the position per second above which the actuator moves. Travel counts all changes.
 
     Raises:
       InputError: there are fewer than two values, or ``dt`` is not positive or ``threshold`` negative.
     """
     x = floats(position, "actuator_duty: position")
-    if (
-        x.ndim != 1
-        or len(x) < 2
-        or not np.all(np.isfinite(x))
-        or not positive(dt, "actuator_duty: dt")
-        or not number(threshold, "actuator_duty: threshold") >= 0.0
-    ):
+    positive(dt, "actuator_duty: dt")
+    wrong = x.ndim != 1 or len(x) < 2 or not np.all(np.isfinite(x))
+    if wrong or not number(threshold, "actuator_duty: threshold") >= 0.0:
         raise InputError("actuator_duty: at least two finite values are required, dt positive, threshold not negative")
     rate = np.diff(x) / dt
     sense = np.where(np.abs(rate) > threshold, np.sign(rate), 0.0)
@@ -161,9 +147,9 @@ def count_stops(speed: ArrayLike, *, on: float, off: float) -> int:
     """Number of stops: how often the rotor speed falls to ``off`` after it had reached ``on``.
 
     Args:
-      speed: (T,) of the rotor; the power, which is zero in every lull near cut-in, is no sign of a stop.
-      on: at least this is operation.
-      off: at most this is standstill; it lies below ``on``, so that ripple about a single level does not count.
+      speed: (T,) rotor speed; the power, which is zero in every lull near cut-in, is no sign of a stop.
+      on: lowest speed of operation.
+      off: highest speed of standstill, below ``on``, so that ripple about a single level does not count.
 
     Raises:
       InputError: ``off`` does not lie below ``on``.

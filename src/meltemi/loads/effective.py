@@ -14,16 +14,17 @@ import numpy as np
 from meltemi.core.errors import InputError
 
 SHARE = 0.06
-"""Probability of each wake of a neighbour."""
+"""Probability of the wake of each neighbour."""
 FURTHEST = 10.0
-"""Rotor diameters beyond which a neighbour does not count."""
+"""Distance in rotor diameters beyond which a neighbour does not count."""
 MOST_NEIGHBOURS = 8
-"""Inside a farm."""
+"""Largest number of neighbours, inside a farm."""
 NEAREST = 2.0
+"""Smallest distance of a neighbour in rotor diameters."""
 
 
 def checked_neighbours(distances: Sequence[float]) -> Sequence[float]:
-    """Distances of neighbours [D]; ValueError if they stand too close, or too many nearer than ten diameters."""
+    """Distances of neighbours [D]; ValueError if they are too small, or too many below ten diameters."""
     if any(not NEAREST <= distance <= 1e3 for distance in distances):
         raise ValueError(f"neighbours: expected distances of {NEAREST:g} rotor diameters or more, found {distances}")
     if sum(distance < FURTHEST for distance in distances) > MOST_NEIGHBOURS:
@@ -32,21 +33,16 @@ def checked_neighbours(distances: Sequence[float]) -> Sequence[float]:
 
 
 def wake_turbulence(
-    speed: float,
-    sigma: float,
-    distance: float,
-    thrust: float | None = None,
-    *,
-    edition: Literal[3, 4] = 4,
+    speed: float, sigma: float, distance: float, thrust: float | None = None, *, edition: Literal[3, 4] = 4
 ) -> float:
     """Standard deviation [m/s] of the wind in the centre of a wake (K-16).
 
     Args:
-      speed: [m/s] at hub height.
+      speed: [m/s] mean wind speed at hub height.
       sigma: [m/s] ambient standard deviation.
-      distance: to the turbine upstream, in rotor diameters.
-      thrust: its thrust coefficient; edition 3 does without.
-      edition: of IEC 61400-1.
+      distance: distance to the turbine upstream, in rotor diameters.
+      thrust: thrust coefficient of that turbine; edition 3 does not use it.
+      edition: edition of IEC 61400-1.
 
     Raises:
       InputError: a number is not positive, or edition 4 has no thrust coefficient.
@@ -69,8 +65,7 @@ def farm_turbulence(speed: float, sigma: float, rows: float, within: float, thru
     """Ambient standard deviation [m/s] within a farm of more than five rows (K-18).
 
     Args:
-      speed: [m/s] as of :func:`wake_turbulence`.
-      sigma: [m/s] as of :func:`wake_turbulence`.
+      speed, sigma: [m/s] mean wind speed and ambient standard deviation, as for :func:`wake_turbulence`.
       rows: distance between rows, in rotor diameters.
       within: distance within rows, in rotor diameters.
       thrust: thrust coefficient of the turbines.
@@ -91,12 +86,12 @@ def effective_intensity(
     """Effective turbulence intensity of a wind speed (K-17).
 
     Args:
-      speed: [m/s] at hub height.
+      speed: [m/s] mean wind speed at hub height.
       intensity: ambient turbulence intensity; for design its 90 % quantile.
-      distances: to the neighbours, in rotor diameters; those beyond ten do not count.
+      distances: distances of the neighbours, in rotor diameters; those beyond ten do not count.
       slope: S-N slope of the material, 4 for steel, 10 for blades.
       thrust: thrust coefficient at this speed.
-      edition: of IEC 61400-1.
+      edition: edition of IEC 61400-1.
 
     Raises:
       InputError: there are more than eight neighbours, or an argument is not allowed.

@@ -1,4 +1,4 @@
-"""The energy of a year.
+"""Annual energy.
 
 Equations L-9 and L-10 of ``docs/theory/design-loads.md``; probabilities of wind speeds come from ``weibull_weights``.
 """
@@ -19,18 +19,18 @@ from meltemi.postprocess.inputs import floats
 Float = NDArray[np.float64]
 
 YEAR = 8760.0 * 3600.0
-"""[s] of a year, as energy yields count it."""
+"""Duration [s] of a year, the convention of energy yields."""
 
 
 @dataclass(frozen=True)
 class AnnualEnergy:
-    """Energy of a year with its confidence interval.
+    """Annual energy with its confidence interval.
 
     Attributes:
-      energy: [J] in 8760 h.
-      half_width: [J] of the interval; NaN with a single seed at some speed.
+      energy: [J] energy in 8760 h.
+      half_width: [J] half width of the interval; NaN with a single seed at some speed.
       confidence: probability of the interval.
-      parts: (n,) [J] from each wind speed.
+      parts: (n,) [J] energy of each wind speed.
     """
 
     energy: float
@@ -40,17 +40,13 @@ class AnnualEnergy:
 
 
 def annual_energy(
-    powers: Sequence[ArrayLike],
-    probability: ArrayLike,
-    *,
-    availability: float = 1.0,
-    confidence: float = CONFIDENCE,
+    powers: Sequence[ArrayLike], probability: ArrayLike, *, availability: float = 1.0, confidence: float = CONFIDENCE
 ) -> AnnualEnergy:
     """Annual energy, and the interval that follows from the scatter of mean powers over seeds (L-9, L-10).
 
     Args:
-      powers: for each wind speed the (seeds,) mean powers [W] of its runs.
-      probability: (n,) of the bins of wind speed.
+      powers: (seeds,) mean powers [W] of the runs at each wind speed.
+      probability: (n,) probabilities of the bins of wind speed.
       availability: share of the time in which the turbine produces when the wind allows it.
       confidence: probability of the interval. It holds for seeds that are independent between speeds.
 

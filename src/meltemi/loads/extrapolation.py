@@ -1,8 +1,8 @@
 """Statistical extrapolation of extreme loads in normal production (DLC 1.1).
 
 The extremes of runs at each wind speed are fitted by a distribution, the distributions are weighted with the
-probability of the speeds, and the load is sought that is exceeded in ten minutes with a probability of once in 50
-years. Equations L-19 to L-27 of ``docs/theory/design-loads.md``, which tells bias and coverage; methods: Moriarty et
+probability of the speeds, and the result is the load that is exceeded in ten minutes with a probability of once in 50
+years. Equations L-19 to L-27 of ``docs/theory/design-loads.md``, which states bias and coverage; methods: Moriarty et
 al. (2004), Fitzwater and Winterstein (2001), Ragan and Manuel (2007).
 """
 
@@ -26,11 +26,11 @@ Float = NDArray[np.float64]
 Distribution = Literal["gumbel", "weibull"]
 
 FIFTY_YEARS = 3.8e-7
-"""Probability in ten minutes of what happens once in 50 years: 600 s over 50 years."""
+"""Probability in ten minutes of an event with a return period of 50 years: 600 s over 50 years."""
 LEAST = {"gumbel": 6, "weibull": 15}
-"""Fewest extremes of a fit: two parameters, and three of which one follows from the skewness."""
+"""Smallest number of extremes of a fit: two parameters, and three of which one follows from the skewness."""
 SHAPES = np.geomspace(0.6, 20.0, 400)
-"""Shapes of the Weibull distribution that skewnesses from 4.6 to -0.87 have; others are given that of the nearest."""
+"""Shape parameters of Weibull distributions with skewnesses from 4.6 to -0.87; other skewnesses take the nearest."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,8 @@ class ExtremeFit:
 
     Attributes:
       distribution: "gumbel" or "weibull" (three parameters).
-      location, scale: in the unit of the load.
-      shape: of the Weibull distribution; NaN for Gumbel's.
+      location, scale: parameters in the unit of the load.
+      shape: shape parameter of the Weibull distribution; NaN for Gumbel's.
       extremes: number of extremes that it was fitted to.
     """
 
@@ -52,30 +52,32 @@ class ExtremeFit:
 
     def exceedance(self, loads: ArrayLike) -> Float:
         """Probability of a larger extreme (L-19, L-21), in the shape of ``loads``."""
-        parameters = np.array([self.location, self.scale, self.shape])
-        return _exceedance(self.distribution, parameters, np.asarray(loads, dtype=float))
+        return _exceedance(self.distribution, self._parameters, np.asarray(loads, dtype=float))
 
     def quantile(self, probability: ArrayLike) -> Float:
         """Load that is exceeded with a probability, in the shape of ``probability``."""
-        parameters = np.array([self.location, self.scale, self.shape])
-        return _quantile(self.distribution, parameters, np.asarray(probability, dtype=float))
+        return _quantile(self.distribution, self._parameters, np.asarray(probability, dtype=float))
+
+    @property
+    def _parameters(self) -> Float:
+        return np.array([self.location, self.scale, self.shape])
 
 
 @dataclass(frozen=True, repr=False)
 class Extrapolation(Brief):
-    """Extrapolated load with its confidence band, and what a plot of it shows.
+    """Extrapolated load with its confidence band, and the data of a plot.
 
     Attributes:
-      load: exceeded with ``probability`` in ten minutes, in the unit of the extremes.
+      load: load exceeded with ``probability`` in ten minutes, in the unit of the extremes.
       low, high: bounds of its confidence interval, by bootstrap over seeds.
       confidence: probability of the interval.
-      probability: of exceedance in ten minutes.
+      probability: probability of exceedance in ten minutes.
       fits: distribution of the extremes of each wind speed.
       levels: (L,) loads of the plot.
-      exceedance: (L,) probability of exceedance in ten minutes, of the weighted distributions.
+      exceedance: (L,) probability of exceedance in ten minutes by the weighted distributions.
       band: (2, L) lower and upper bound of ``exceedance``, of the same confidence at each level.
       points: (2, R) extremes of the runs in descending order, and the weighted share of runs that reach them.
-      smallest: the extremes are smallest values; exceedance then means falling below.
+      smallest: whether the extremes are smallest values; exceedance then means falling below.
     """
 
     load: float
@@ -95,7 +97,7 @@ def fit_extremes(extremes: ArrayLike, distribution: Distribution = "gumbel") -> 
     """Fit of a distribution: Gumbel's by maximum likelihood (L-20), Weibull's by three moments (L-22).
 
     Args:
-      extremes: (n,) of independent runs or blocks at one wind speed.
+      extremes: (n,) extremes of independent runs or blocks at one wind speed.
       distribution: "gumbel" or "weibull" with three parameters.
 
     Raises:
@@ -121,15 +123,15 @@ def extrapolate(
     """Load that is exceeded in ten minutes of any wind speed with a given probability (L-23 to L-27).
 
     Args:
-      extremes: for each wind speed (seeds,) extremes of ten minutes, or (seeds, blocks) extremes of equal parts of
-        the ten minutes.
-      probability_of_speed: (n,) of the bins of wind speed among all time, from ``weibull_weights``.
-      distribution: see ``fit_extremes``.
-      probability: of exceedance in ten minutes; 3.8e-7 is once in 50 years.
-      smallest: the extremes are smallest values.
+      extremes: (seeds,) extremes of ten minutes at each wind speed, or (seeds, blocks) extremes of equal parts of the
+        ten minutes.
+      probability_of_speed: (n,) probabilities of the bins of wind speed among all time, from ``weibull_weights``.
+      distribution: distribution as for ``fit_extremes``.
+      probability: probability of exceedance in ten minutes; 3.8e-7 is once in 50 years.
+      smallest: whether the extremes are smallest values.
       confidence: probability of the band.
       resamples: number of bootstrap samples. Seeds are drawn with replacement at each speed, with all their blocks.
-      seed: of the random numbers.
+      seed: seed of the random numbers.
 
     Raises:
       InputError: as ``fit_extremes``, with the wind speed; speeds and probabilities do not go together; or
@@ -157,8 +159,8 @@ def extrapolate(
     rng = np.random.default_rng(seed)
     parameters = np.empty((3, resamples + 1, len(p)))  # the first is the sample itself
     for k, x in enumerate(samples):
-        drawn = np.concatenate([np.arange(len(x))[None], rng.integers(0, len(x), (resamples, len(x)))])
-        parameters[:, :, k] = _parameters(distribution, x[drawn].reshape(resamples + 1, -1).T.copy())
+        resampled = np.concatenate([np.arange(len(x))[None], rng.integers(0, len(x), (resamples, len(x)))])
+        parameters[:, :, k] = _parameters(distribution, x[resampled].reshape(resamples + 1, -1).T.copy())
     blocks = np.array([x.shape[1] for x in samples], dtype=float)
     loads = _long_term(distribution, parameters, p, blocks, probability)
     tails = 50.0 * (1.0 - confidence) * np.array([1.0, -1.0]) + np.array([0.0, 100.0])
@@ -246,21 +248,16 @@ def _exceedance(distribution: str, parameters: Float, x: Float) -> Float:
     location, scale, shape = parameters
     z = (x - location) / scale
     with np.errstate(over="ignore"):
-        if distribution == "gumbel":
-            found: Float = -np.expm1(-np.exp(-z))
-        else:
-            found = np.exp(-(np.maximum(z, 0.0) ** shape))
-    return found
+        return np.asarray(
+            -np.expm1(-np.exp(-z)) if distribution == "gumbel" else np.exp(-(np.maximum(z, 0.0) ** shape))
+        )
 
 
 def _quantile(distribution: str, parameters: Float, q: Float) -> Float:
     location, scale, shape = parameters
-    found: Float
     if distribution == "gumbel":
-        found = location - scale * np.log(-np.log1p(-q))
-    else:
-        found = location + scale * (-np.log(q)) ** (1.0 / shape)
-    return found
+        return np.asarray(location - scale * np.log(-np.log1p(-q)))
+    return np.asarray(location + scale * (-np.log(q)) ** (1.0 / shape))
 
 
 def _total(distribution: str, parameters: Float, p: Float, blocks: Float, x: Float) -> Float:

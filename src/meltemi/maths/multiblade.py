@@ -32,8 +32,8 @@ def fixed_frame(
     Args:
       stiffness, damping: (n, n) K and D at one azimuth; first ``core`` fixed coordinates, then three blades
         with ``modes`` coordinates each.
-      azimuth: [rad] of blade 1.
-      speed: [rad/s] of the rotor.
+      azimuth: [rad] azimuth of blade 1.
+      speed: [rad/s] speed of the rotor.
 
     Returns:
       The same matrices for z with q = T z: collective, cosine, sine component of each blade coordinate.
@@ -57,7 +57,7 @@ def to_components(values: Float, triples: Indices, azimuth: float) -> None:
     Args:
       values: (n, ...).
       triples: (quantities, 3) rows of blades 1 to 3, and afterwards of the components.
-      azimuth: [rad] of blade 1.
+      azimuth: [rad] azimuth of blade 1.
     """
     values[triples] = np.einsum("ij,kj...->ki...", np.linalg.inv(blade_matrix(azimuth)[0]), values[triples])
 

@@ -25,14 +25,14 @@ class Claim:
     """A claim of a paper and our result.
 
     Attributes:
-      item: what it is about.
-      paper: what the paper says.
-      ours: what we find.
-      judgement: whether it holds, in each reading of the paper if it hinges on that.
-      where: in the paper.
+      item: subject.
+      paper: statement of the paper.
+      ours: our result.
+      judgement: whether it holds, in each reading of the paper if it depends on the reading.
+      where: place in the paper.
       reason: key of the study's reasons; empty if there is nothing to explain.
-      tolerance: within which it holds, where it is not said with the paper's number, and what it is derived from.
-      basis: only claims that the paper states are counted.
+      tolerance: tolerance within which it holds and its origin, unless they are given with the paper's number.
+      basis: basis; only claims that the paper states are counted.
       by_few: whether it holds, in a reading, by few of our numbers only.
     """
 
@@ -65,8 +65,8 @@ def listed(values: Iterable[float], form: str = "g") -> str:
 def claims_of(study: str) -> Callable[..., Claim]:
     """Constructor of the claims that ``claims.csv`` in the folder of a study lists.
 
-    They are called with a key, whether the claim holds and words; without a verdict, that of the file stands. Words
-    stand for what is in braces in the file.
+    It is called with a key, whether the claim holds, and the words for the braces of the file; without a verdict, that
+    of the file holds.
     """
     stated = rows_of(study, "claims.csv")
 
@@ -86,11 +86,18 @@ def rows_of(study: str, name: str) -> dict[str, dict[str, str]]:
 
 def reasons_of(study: str) -> dict[str, str]:
     """Reasons for differences, by key: the paragraphs of ``reasons.md`` in the folder of a study."""
-    return paragraphs_of(study, "reasons.md")
+    return _paragraphs(study, "reasons.md")
 
 
-def paragraphs_of(study: str, name: str) -> dict[str, str]:
-    """Paragraphs of a Markdown file in the folder of a study, by the key that each begins with."""
+def sentences_of(study: str) -> Callable[..., str]:
+    """Function of the sentences in ``words.md`` in the folder of a study: called with a key, and the numbers that
+    stand for what is in braces in the file."""
+    paragraphs = _paragraphs(study, "words.md")
+    return lambda key, **numbers: paragraphs[key].format(**numbers)
+
+
+def _paragraphs(study: str, name: str) -> dict[str, str]:
+    """Paragraphs of a Markdown file in the folder of a study, by the key at their beginning."""
     return dict(re.findall(r"^\*(.+?):\* (.+)$", (HERE / study / name).read_text(encoding="utf-8"), re.M))
 
 

@@ -46,7 +46,7 @@ def reproduce(
         _rosco(quick, workers, out)
         return
     parts = () if beyond is None else _parts(study, beyond)
-    from meltemi.papers import study as skeleton
+    from meltemi.papers import study as study_module
 
     page = import_module(f"meltemi.papers.{study}.page")
     chosen = page.STUDY
@@ -56,17 +56,17 @@ def reproduce(
     for words in skipped(chosen.parts_need).values() if turbine is None else ():
         say(words)
     with simulation_bar(study) as progress:
-        found = skeleton.reproduce(
+        result = study_module.reproduce(
             chosen, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
         )
-    for table in found.tables:
+    for table in result.tables:
         print_table(table.caption, table.head, table.texts, text_columns=len(table.head))
-    print(found.lead)
-    warn((f"{cell}: {why}" for cell, why in found.doubtful.items()), "DOUBTFUL")
-    wrote(*found.files)
+    print(result.lead)
+    warn((f"{cell}: {why}" for cell, why in result.doubtful.items()), "DOUBTFUL")
+    wrote(*result.files)
     again = ("reproduce", study, *(("--turbine", turbine) if turbine else ()), "--out", out)
-    suggest(*(again if quick or found.failed else ("verify", "--out", out)))
-    finish(cells(found.failed))
+    suggest(*(again if quick or result.failed else ("verify", "--out", out)))
+    finish(cells(result.failed))
 
 
 def _parts(study: str, names: tuple[str, ...]) -> Sequence[str]:
@@ -74,13 +74,13 @@ def _parts(study: str, names: tuple[str, ...]) -> Sequence[str]:
     parts = import_module(f"meltemi.papers.{study}.page").STUDY.parts
     if not parts:
         raise InputError(f"--beyond is an option of palanimuthu2022 and wang2021; {study} always runs all of its parts")
-    asked = tuple(parts) if names == ("all",) else names
-    for name in asked:
+    requested = tuple(parts) if names == ("all",) else names
+    for name in requested:
         if name not in parts:
             raise InputError(f"--beyond: no part {name!r}: {did_you_mean(name, [*parts, 'all'])}")
     if study == "palanimuthu2022":
         need("--beyond", "windIO")  # their turbine is iea22mw
-    return asked
+    return requested
 
 
 def _rosco(quick: bool, workers: int | None, out: Path) -> None:

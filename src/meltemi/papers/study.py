@@ -20,7 +20,7 @@ from meltemi.report.tables import write_csv
 from meltemi.reports.blocks import Block, Document, Picture, Section, Table
 from meltemi.reports.html import write_page
 from meltemi.reports.markdown import alone, documented, plain, section_lines, sections
-from meltemi.tuning.run_store import current, guarded, run_store
+from meltemi.tuning.run_store import attempt, current, guarded, run_store
 from meltemi.turbine.definition import Turbine
 
 if TYPE_CHECKING:
@@ -192,6 +192,25 @@ def reproduce(
         return replace(write(results), **book.problems())
 
 
+def run_parts(
+    studies: Mapping[str, Callable[..., Any]],
+    progress: Progress,
+    partly: Callable[[Mapping[str, Any]], object] = lambda done: None,
+) -> dict[str, Any]:
+    """Results of parts beyond a paper by name; a failed part becomes a ``FailedResult``.
+
+    Args:
+      studies: function of each part, with the argument ``progress``.
+      progress: callback of all of them.
+      partly: called before each part with the results of those before.
+    """
+    done: dict[str, Any] = {}
+    for i, (name, study) in enumerate(studies.items()):
+        partly(dict(done))
+        done[name] = attempt(name, study, progress=span(progress, i / len(studies), 1.0 / len(studies)))
+    return done
+
+
 def span(progress: Progress, begin: float, length: float) -> Progress:
     """Progress callback of a part that begins at a fraction of the whole and has a length."""
     return lambda share, what: progress(begin + length * share, what)
@@ -208,16 +227,10 @@ def applied(study: Study[Any], turbine: Turbine, words: str, **changes: Any) -> 
     """
     title = f"{words}, applied to {turbine.name}"
     intro = f"# {title}\n\nMethods of: {study.source} Nothing here is a claim of the paper.\n"
-    replaced: dict[str, Any] = {
-        "figures": {},
-        "texts": (),
-        "parts": (),
-        "applied": None,
-        "intro": intro,
-        "title": title,
-    }
     name = re.sub(r"[^\w.-]+", "_", turbine.name)  # for file names
-    return replace(study, name=f"{study.name}_{name}", **replaced | changes)
+    replaced: dict[str, Any] = {"figures": {}, "texts": (), "parts": (), "parts_need": {}, "applied": None}
+    replaced |= {"name": f"{study.name}_{name}", "intro": intro, "title": title, "runs": lambda results: results}
+    return replace(study, **replaced | changes)
 
 
 def step_progress(progress: Progress, what: str) -> Callable[[float], None]:
@@ -239,9 +252,9 @@ def answer_chapter(
     heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Block], tables: Callable[[], Sequence[Table]]
 ) -> Section:
     """Chapter that begins with a verdict, if there is one."""
-    made = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
+    content = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
     words = guarded_text(verdict, "The answer").split("\n\n") if verdict else []
-    return Section(heading, [*words, *drawings, *made])
+    return Section(heading, [*words, *drawings, *content])
 
 
 def guarded_figure(name: str, caption: str, draw: Callable[[], Figure], out: Path) -> Block:

@@ -34,8 +34,8 @@ class SummaryLine:
     @property
     def outcome(self) -> str:
         """What its verdict comes to; what cannot be judged is as what cannot be checked."""
-        found = judgement_in(self.verdict).outcome
-        return "unchecked" if found == "unjudged" else found
+        outcome = judgement_in(self.verdict).outcome
+        return "unchecked" if outcome == "unjudged" else outcome
 
 
 def claims_on(page: str) -> list[SummaryLine]:

@@ -92,9 +92,9 @@ def judgement(of: Judged) -> Judgement:
     return of if isinstance(of, Judgement) else Judgement((("", verdict(of)),))
 
 
-def by_reading(found: Mapping[str, bool | Verdict]) -> Judgement:
+def by_reading(readings: Mapping[str, bool | Verdict]) -> Judgement:
     """Verdicts by reading; one if all agree."""
-    verdicts = tuple((reading, verdict(each)) for reading, each in found.items())
+    verdicts = tuple((reading, verdict(each)) for reading, each in readings.items())
     return judgement(verdicts[0][1]) if len({each for _, each in verdicts}) == 1 else Judgement(verdicts)
 
 
@@ -113,9 +113,9 @@ def enough(seeds: int, of: bool | Verdict) -> Verdict:
 
 def judgement_in(text: str) -> Judgement:
     """The judgement that a text words, as of tables on pages."""
-    found = [re.fullmatch(r"(.+?) \((.+)\)", part) for part in text.split(_BETWEEN)]
-    parts = [(match[2], _verdict_in(match[1])) for match in found if match]
-    return Judgement(tuple(parts)) if 1 < len(parts) == len(found) else judgement(_verdict_in(text))
+    matches = [re.fullmatch(r"(.+?) \((.+)\)", part) for part in text.split(_BETWEEN)]
+    parts = [(match[2], _verdict_in(match[1])) for match in matches if match]
+    return Judgement(tuple(parts)) if 1 < len(parts) == len(matches) else judgement(_verdict_in(text))
 
 
 def _verdict_in(text: str) -> Verdict:

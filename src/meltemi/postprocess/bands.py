@@ -1,15 +1,15 @@
 """Ideal removal of frequency bands: the upper bound for a controller of these harmonics.
 
-A band is removed ideally: its frequencies of the discrete Fourier transform are set to zero, all others stay, to the
-phase. Whole periods of tones in a band go and those outside stay exactly, and the variance falls by just what the band
-held. Records that do not close have two errors, both small in a record of many periods:
+A band is removed ideally: its frequencies of the discrete Fourier transform are set to zero, all others stay, with
+their phases. Tones of whole periods in a band vanish, those outside stay exactly, and the variance falls by that of the
+band. Records that do not close have two errors, both small in a record of many periods:
 
-* Of a tone that does not fit the record a share of about 1 / (pi^2 N) of its variance stays, at worst twice that, N the
-  number of frequencies of the record between the tone and the edge of the band.
-* The jump J from a record's end to its begin has a part in every band: of its variance about J^2 / (2 pi^2) (1/a - 1/b)
-  is taken with the band, a and b the numbers of periods of its edges in the record. A drift of several standard
-  deviations is better taken out first and given back after, ``detrend="linear"``. The line is fitted to what lies
-  outside the bands: whole periods of a tone have a slope too.
+* A tone that does not fit the record keeps a fraction of about 1 / (pi^2 N) of its variance, at worst twice that; N is
+  the number of frequencies of the record between the tone and the edge of the band.
+* The jump J from the end of a record to its beginning has a part in every band: a variance of about
+  J^2 / (2 pi^2) (1/a - 1/b) is removed with the band; a and b are the numbers of periods of its edges in the record.
+  ``detrend="linear"`` removes a drift of several standard deviations before and adds it after. The line is fitted to
+  the rest outside the bands, since whole periods of a tone have a slope, too.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def harmonic_bands(rotor_frequency: float, multiples: Sequence[float], half_widt
     Args:
       rotor_frequency: [Hz] see ``rotor_frequency``.
       multiples: 1 for 1P, 2 for 2P.
-      half_width: of each band, over the rotor frequency: 0.25 takes 0.75P to 1.25P.
+      half_width: half-width of each band, over the rotor frequency: 0.25 takes 0.75P to 1.25P.
 
     Raises:
       InputError: something is not positive, or a band would reach below zero.
@@ -89,7 +89,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
       series: (T,) values.
       dt: [s] between them.
       bands: [Hz] pairs from, to, both included; they may overlap.
-      detrend: what is kept from the removal: the mean, or a line.
+      detrend: part that is kept: the mean, or a line.
 
     Returns:
       (T,) in the unit of the series.
@@ -104,7 +104,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
         raise InputError(f"{where}: detrend must be 'constant' or 'linear', found {detrend!r}")
     frequency = np.fft.rfftfreq(len(x), dt)
     rounding = 1e-9 / (len(x) * dt)
-    taken = np.zeros(len(frequency), dtype=bool)
+    removed = np.zeros(len(frequency), dtype=bool)
     for low, high in bands:
         inside = (frequency >= low - rounding) & (frequency <= high + rounding)
         if not inside.any():
@@ -112,14 +112,14 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
                 f"{where}: {low:g} to {high:g} Hz contains no frequency of the record, "
                 f"which are {1.0 / (len(x) * dt):g} Hz apart up to {frequency[-1]:g} Hz"
             )
-        taken |= inside
-    taken[0] = False
-    if not taken.any():
+        removed |= inside
+    removed[0] = False
+    if not removed.any():
         return x.copy()
 
     def outside(y: Float) -> Float:
         amplitudes = np.fft.rfft(y)
-        amplitudes[taken] = 0.0
+        amplitudes[removed] = 0.0
         kept: Float = np.fft.irfft(amplitudes, len(y))
         return kept
 
@@ -128,7 +128,7 @@ def remove_bands(series: ArrayLike, dt: float, bands: Sequence[Band], *, detrend
         return rest
     line = np.linspace(-0.5, 0.5, len(x))
     ramp = outside(line)
-    # with nearly everything taken nothing is left to tell a line from what is removed: there is none then
+    # if the bands have nearly all frequencies, the rest does not determine a line
     steep = float(ramp @ ramp)
     slope = float(ramp @ (rest - rest.mean())) / steep if steep > 1e-12 * float(line @ line) else 0.0
     left: Float = rest + slope * (line - ramp)
@@ -148,7 +148,7 @@ def ideal_removal(
 ) -> IdealRemoval:
     """Reduction of standard deviation and equivalent load of a series by ideal removal of bands.
 
-    This is what a controller could reach that takes away these harmonics wholly and adds nothing elsewhere. It is no
+    A controller could reach it that removes these harmonics completely and adds nothing elsewhere. It is no
     strict bound on equivalent loads, which also depend on how harmonics meet.
 
     Args:
@@ -158,17 +158,17 @@ def ideal_removal(
       dt: [s] between the values of a bare series.
       slope: m of the S-N curve; the usual one of a channel unless given.
       f_eq: [Hz] of the equivalent load.
-      between: [s] part that is judged; bands are removed from the whole series, as short records tell them badly apart.
-        For a bare series from its own begin.
+      between: [s] evaluated part; bands are removed from the whole series, as short records separate them badly.
+        Times of a bare series begin with its first value.
       detrend: see ``remove_bands``.
 
     Raises:
       InputError: the slope of a bare series is missing, a band is empty, or ``between`` holds fewer than two values.
     """
     where = "ideal_removal"
-    x, step, found = even_series(source, channel, dt, where)
+    x, step, recorded = even_series(source, channel, dt, where)
     if slope is None:
-        slope = usual_slope(found) if found else None
+        slope = usual_slope(recorded) if recorded else None
         if slope is None:
             raise InputError(f"{where}: specify the slope of the S-N curve; defaults exist for load channels only")
     left = remove_bands(x, step, bands, detrend=detrend)

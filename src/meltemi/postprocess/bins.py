@@ -1,7 +1,7 @@
 """Ten-minute statistics of measured or simulated series, and their wind speed bins.
 
 Means, standard deviations and extremes of fixed periods are what IEC TS 61400-13 stores of a load measurement; bins of
-1 m/s centred on whole numbers are those of IEC 61400-12-1. In a bin stand the mean of the means, the mean of the
+1 m/s centred on whole numbers are those of IEC 61400-12-1. A bin has the mean of the means, the mean of the
 standard deviations, the smallest minimum and the largest maximum of its periods.
 """
 
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 MOST_PERIODS = 2.0**53
 """Largest number of periods that a float counts one by one."""
-OVER = {"mean": "mean", "std": "mean", "min": "min", "max": "max"}
-"""Statistics of periods, and what stands in a bin of them."""
-STATISTICS = tuple(OVER)
+OVER_PERIODS = {"mean": "mean", "std": "mean", "min": "min", "max": "max"}
+"""Statistics of periods, and the statistic of each in a bin."""
+STATISTICS = tuple(OVER_PERIODS)
 TEN_MINUTES = 600.0
-"""[s]."""
+"""[s] length of the periods."""
 EDGES = (0.0, *(k + 0.5 for k in range(2, 25)))
 """[m/s] up to 2.5 in one bin, then 1 m/s each, centred on whole numbers."""
 
@@ -73,13 +73,13 @@ def period_statistics(
     if not np.abs(which).max() < MOST_PERIODS:
         raise InputError(f"period_statistics: period {period:g} s is too short for times up to {np.abs(t).max():g} s")
     expected = complete * (period / step) - 0.5  # a period may have lost or won a sample by rounding
-    there = pd.DataFrame({name: np.where(np.isfinite(x), x, np.nan) for name, x in values.items()})
-    groups = there.groupby(pd.Index(which * period, name="begin"))
-    found = pd.concat(
+    samples = pd.DataFrame({name: np.where(np.isfinite(x), x, np.nan) for name, x in values.items()})
+    groups = samples.groupby(pd.Index(which * period, name="begin"))
+    statistics = pd.concat(
         {"mean": groups.mean(), "std": groups.std(ddof=0), "min": groups.min(), "max": groups.max()}, axis=1
     )
     whole = (groups.count() >= max(expected, 1.0)).all(axis=1)
-    return found.swaplevel(axis=1).loc[whole, pd.MultiIndex.from_product([list(values), STATISTICS])]
+    return statistics.swaplevel(axis=1).loc[whole, pd.MultiIndex.from_product([list(values), STATISTICS])]
 
 
 def result_statistics(result: Result, names: Sequence[str], *, begin: float = 0.0) -> pd.DataFrame:
@@ -101,10 +101,10 @@ def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequ
     """Statistics of periods, binned by the mean of one of the series.
 
     Args:
-      periods: from ``period_statistics``; those of several records can be joined by ``pandas.concat``.
-      by: name of the series whose mean decides.
-      edges: of the bins, increasing, in the unit of that series. A bin holds from its lower edge, included, to its
-        upper one, excluded; the last bin holds its upper edge as well.
+      periods: table of ``period_statistics``; those of several records can be joined by ``pandas.concat``.
+      by: name of the series whose mean gives the bin.
+      edges: edges of the bins, increasing, in the unit of that series. A bin holds from its lower edge, included, to
+        its upper one, excluded; the last bin holds its upper edge as well.
 
     Returns:
       One row a bin, numbered from 1, empty ones with NaN; columns ("bin", "from"), ("bin", "to"), ("bin", "sets"), and
@@ -137,4 +137,6 @@ def bin_statistics(periods: pd.DataFrame, by: str = "wind_speed", *, edges: Sequ
         },
         bins,
     )
-    return head.join(groups.agg({(name, of): over for name in names for of, over in OVER.items()}).reindex(bins))
+    return head.join(
+        groups.agg({(name, of): over for name in names for of, over in OVER_PERIODS.items()}).reindex(bins)
+    )

@@ -1,6 +1,6 @@
 """Rainflow counting by the rules of ASTM E1049-85 (2017), cells of range and mean, statistics of channels.
 
-The statistics of a run are computed while it runs, sample by sample. Cycles are counted when they close; what is left
+The statistics of a run are computed while it runs, sample by sample. Cycles are counted when they close; the residue
 counts as half cycles, so that the damage is that of :func:`meltemi.loads.rainflow_cycles` of the whole series.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Array2, Record, Table, kernel, number, part, whole
+from meltemi.compiler import Array2, KernelRecord, Table, kernel, number, part, whole
 from meltemi.simulation.tables import Clock
 
 Float = NDArray[np.float64]
@@ -36,7 +36,7 @@ class OpenCycles(Table, title="rainflow counter"):
 
 
 class ChannelState(Table, title="statistics of a channel"):
-    """Statistics of a channel until now."""
+    """Statistics of the samples of a channel so far."""
 
     cycles: OpenCycles = part(OpenCycles, "of a load", prefix="")
     period: float = number("of the channel", "interval to which values are wrapped; 0 for none")
@@ -49,7 +49,7 @@ class ChannelState(Table, title="statistics of a channel"):
     high: float = number("of the channel", "largest value")
 
 
-class Tally(Record):
+class Tally(KernelRecord):
     """Statistics of a run in progress.
 
     Attributes:
@@ -76,7 +76,7 @@ def turning_points(x: Float, begin: int, closed: bool, points: Index) -> int:
         if n > 0 and x[at] == x[points[n - 1]]:
             continue
         if n > 1 and (x[points[n - 1]] - x[points[n - 2]]) * (x[at] - x[points[n - 1]]) > 0.0:
-            n -= 1  # no turning point: still on its way
+            n -= 1  # no turning point: the series continues in the same direction
         points[n] = at
         n += 1
     return n
@@ -85,7 +85,7 @@ def turning_points(x: Float, begin: int, closed: bool, points: Index) -> int:
 @kernel
 def pair(x: Float, points: Index, n: int, closed: bool, first: Index, second: Index, counts: Float) -> int:
     """Pair the turning points to cycles by the three-point rule (F-2); their number. ``points`` is overwritten."""
-    found, low, high = 0, 0, 0  # points[low:high] are left
+    n_cycles, low, high = 0, 0, 0  # points[low:high] are left
     for i in range(n):
         points[high] = points[i]
         high += 1
@@ -94,19 +94,19 @@ def pair(x: Float, points: Index, n: int, closed: bool, first: Index, second: In
             Y = abs(x[points[high - 2]] - x[points[high - 3]])
             if X < Y:
                 break
-            first[found], second[found] = points[high - 3], points[high - 2]
+            first[n_cycles], second[n_cycles] = points[high - 3], points[high - 2]
             if high - low == 3 and not closed:  # Y contains the first point
-                counts[found] = 0.5
+                counts[n_cycles] = 0.5
                 low += 1
             else:
-                counts[found] = 1.0
+                counts[n_cycles] = 1.0
                 points[high - 3] = points[high - 1]
                 high -= 2
-            found += 1
+            n_cycles += 1
     for i in range(low, high - 1):  # the residue; a closed series leaves none
-        first[found], second[found], counts[found] = points[i], points[i + 1], 0.5
-        found += 1
-    return found
+        first[n_cycles], second[n_cycles], counts[n_cycles] = points[i], points[i + 1], 0.5
+        n_cycles += 1
+    return n_cycles
 
 
 @kernel

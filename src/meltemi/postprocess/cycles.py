@@ -94,14 +94,14 @@ def rainflow_cycles(series: ArrayLike, residue: Residue = "half") -> Cycles:
 
 
 def bin_cycles(cycles: Cycles, *, means: bool = True) -> Cycles:
-    """The same damage in fewer cycles: those in a cell of range and mean become one entry (L-1 to L-3).
+    """Fewer cycles with the same damage: those in a cell of range and mean become one entry (L-1 to L-3).
 
     Cells of ranges are the same for all loads: 40 an octave. An entry has the range that does the damage of its cycles
     at slope 10, and their mean. Damage is exact for that slope and within 0.1 % for any other up to 12. Cells of means
     have a width of a power of two, the largest mean is 64 to 128 of them from zero.
 
     Args:
-      cycles: of one or several series.
+      cycles: cycles of one or several series.
       means: distinguish means; otherwise an entry has the mean of all cycles of its range.
 
     Returns:
@@ -133,7 +133,8 @@ _TABLES = threading.local()
 
 
 def sum_cycles(parts: Iterable[Cycles], weights: Sequence[float] | None = None, *, means: bool = True) -> Cycles:
-    """Cycles of several series together, each as often as its weight says, in the cells of :func:`bin_cycles`.
+    """Cycles of several series together, each weighted with its number of occurrences, in the cells of
+    :func:`bin_cycles`.
 
     Args:
       parts: cycles of each series.
@@ -185,9 +186,9 @@ def goodman_cycles(cycles: Cycles, strength: float, *, mean: float = 0.0) -> Cyc
     """Cycles about another mean that do the same damage, by the straight line of Goodman (L-4).
 
     Args:
-      cycles: with their means.
+      cycles: cycles with their means.
       strength: magnitude of the load at which the component fails, in the unit of the load.
-      mean: at which the cycles are wanted; that of the S-N curve, zero by default.
+      mean: mean of the returned cycles; that of the S-N curve, zero by default.
 
     Raises:
       InputError: a mean is as large as the strength, or the strength is not positive.
@@ -204,7 +205,7 @@ def damage_sum(cycles: Cycles, slope: float) -> float:
     """Sum of n S^m, proportional to the damage (F-4); shares of it are the shares of cases in the damage.
 
     Args:
-      cycles: of one case, weighted with its occurrence.
+      cycles: cycles of one case, weighted with its occurrence.
       slope: m of the S-N curve.
 
     Returns:
@@ -220,7 +221,7 @@ def cycle_load(cycles: Cycles, *, slope: float, reference: float) -> float:
     """Equivalent load of cycles: the range of ``reference`` cycles that do the same damage (F-8).
 
     Args:
-      cycles: of a series, or of a lifetime: see :func:`sum_cycles`.
+      cycles: cycles of a series, or of a lifetime: see :func:`sum_cycles`.
       slope: m of the S-N curve.
       reference: number of cycles of the equivalent load: 1e7, or the seconds of the lifetime for a load at 1 Hz.
 

@@ -1,7 +1,7 @@
 """Ensemble statistics: means with confidence intervals, changes by seed, ensemble and lifetime equivalent loads.
 
 Schemes that ran in the same winds are compared seed by seed: the change of each seed against the first scheme is
-formed first and averaged then. What differs from seed to seed, mostly the wind, falls out, so intervals of changes are
+formed first and averaged then. Differences from seed to seed, mostly of the wind, cancel, so intervals of changes are
 much narrower than those of the values suggest. Intervals are Student's: they hold for numbers that scatter normally
 from seed to seed, and say nothing about other errors.
 """
@@ -36,10 +36,10 @@ class MeanEstimate:
     """Sample mean and its confidence interval.
 
     Attributes:
-      mean: of the numbers.
-      half_width: of the interval; NaN for a single number.
+      mean: mean of the numbers.
+      half_width: half-width of the interval; NaN for a single number.
       std: standard deviation of the numbers, from n - 1; NaN for a single number.
-      n: how many numbers.
+      n: number of numbers.
     """
 
     mean: float
@@ -66,7 +66,7 @@ class EnsembleEntry:
       change: mean of the changes, the ratio to the first scheme minus one, formed for each seed; None for the first
         scheme, NaN if that is zero, or the sign another, for some seed.
       load: equivalent load of the ensemble, see ``ensemble_load``; None for other quantities than loads.
-      load_change: of that load against the first scheme's, minus one; None for the first scheme.
+      load_change: change of that load against the first scheme's; None for the first scheme.
     """
 
     quantity: str
@@ -83,7 +83,7 @@ class EnsembleTable(Brief):
 
     Attributes:
       quantities, schemes: names, in the order in which they were given; the first scheme is the base of changes.
-      seeds: how many.
+      seeds: number of seeds.
       confidence: probability of the intervals.
       entries: one for each quantity and scheme, scheme by scheme within a quantity.
     """
@@ -159,7 +159,7 @@ def ensemble_table(
     """Means, intervals and changes relative to the first scheme, for several schemes in the same wind fields.
 
     Args:
-      values: for each seed and scheme the quantities, ``values[seed][scheme][quantity]``, all in the same unit from
+      values: quantities of each seed and scheme, ``values[seed][scheme][quantity]``, all in the same unit from
         seed to seed. The first scheme of the first seed is the base.
       slopes: m of the S-N curve for quantities that are equivalent loads; for these the ensemble's load is given too.
       confidence: probability of the intervals.
@@ -178,11 +178,11 @@ def ensemble_table(
     for seed, of_seed in values.items():
         if set(of_seed) != set(schemes):
             raise InputError(f"{where}: seed {seed!r} has the schemes {_list(of_seed)}, the first {_list(schemes)}")
-        for scheme, found in of_seed.items():
-            if set(found) != set(quantities):
-                differing = sorted(set(found) ^ set(quantities))
+        for scheme, numbers in of_seed.items():
+            if set(numbers) != set(quantities):
+                differing = sorted(set(numbers) ^ set(quantities))
                 raise InputError(f"{where}: seed {seed!r}, scheme {scheme!r}: not for all there is {_list(differing)}")
-            for quantity, value in found.items():
+            for quantity, value in numbers.items():
                 if not np.isfinite(value):
                     raise InputError(f"{where}: seed {seed!r}, scheme {scheme!r}: {quantity} is {value!r}")
     for quantity in slopes:
@@ -235,12 +235,7 @@ def rayleigh_weights(
 
 
 def weibull_weights(
-    speeds: ArrayLike,
-    mean_speed: float,
-    k: float,
-    edges: Sequence[float] | None = None,
-    *,
-    tails: Tails = "outside",
+    speeds: ArrayLike, mean_speed: float, k: float, edges: Sequence[float] | None = None, *, tails: Tails = "outside"
 ) -> Float:
     """Probabilities of wind speed bins in a Weibull distribution.
 
@@ -330,10 +325,10 @@ def lifetime_del(
       k: shape of the distribution; 2 is Rayleigh's.
       edges: (n + 1,) [m/s] of the bins, see ``weibull_weights``.
       operating_time: N_eq counts the time within the edges only, so the p_i sum to one; otherwise it counts all time,
-        and what lies outside does no damage.
+        without damage outside the edges.
 
     Returns:
-      in the unit of the loads, for the same f_eq. Transients between speeds and starts and stops are not in it.
+      in the unit of the loads, for the same f_eq, without transients between speeds, starts and stops.
 
     Raises:
       InputError: as ``weibull_weights``; a load is missing or negative, or ``slope`` is not positive.

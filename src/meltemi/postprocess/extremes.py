@@ -38,7 +38,7 @@ class ExtremeRow:
     """Loads at the instant at which one of them is extreme.
 
     Attributes:
-      driver: which one: "Fx max", "M_res max"; see ``DRIVERS``.
+      driver: name of that extreme: "Fx max", "M_res max"; see ``DRIVERS``.
       loads: Fx, Fy, Fz [N], Mx, My, Mz [N m], contemporaneous.
       plane: transverse axes of the resultants: "xy", "yz" or "xz".
       case: load case and seed, in words.
@@ -67,19 +67,19 @@ class ExtremeRow:
 
     @property
     def force_angle(self) -> float:
-        """[rad] of the transverse force, from the first to the second transverse axis."""
+        """[rad] direction of the transverse force, from the first to the second transverse axis."""
         i, j = TRANSVERSE[self.plane]
         return atan2(self.loads[j], self.loads[i])
 
     @property
     def moment_angle(self) -> float:
-        """[rad] of the transverse moment, from the first to the second transverse axis."""
+        """[rad] direction of the transverse moment, from the first to the second transverse axis."""
         i, j = TRANSVERSE[self.plane]
         return atan2(self.loads[3 + j], self.loads[3 + i])
 
     @property
     def value(self) -> float:
-        """Of the driver."""
+        """Value of the driver."""
         return driver_values(np.array(self.loads), self.plane)[DRIVERS.index(self.driver)].item()
 
     @property
@@ -133,24 +133,18 @@ def characteristic_value(extremes: ArrayLike, *, rule: Rule, speeds: ArrayLike |
         raise InputError(f"characteristic_value: finite extremes (R,) need speeds (R,), found {x.shape} and {v.shape}")
     if rule not in RULES:
         raise InputError(f"characteristic_value: no rule {rule!r}: {did_you_mean(rule, RULES)}")
-    found = []
+    candidates = []
     for speed in np.unique(v):
         runs = np.flatnonzero(v == speed)
         ordered = np.sort(x[runs])
         kept = {"largest": ordered[-1:], "mean": ordered, "upper_half": ordered[-max(len(runs) // 2, 1) :]}[rule]
         value = float(kept.mean())
-        found.append((value, int(runs[np.argmin(np.abs(x[runs] - value))])))
-    return max(found, key=lambda pair: pair[0])
+        candidates.append((value, int(runs[np.argmin(np.abs(x[runs] - value))])))
+    return max(candidates, key=lambda pair: pair[0])
 
 
 def characteristic_rows(
-    extremes: ArrayLike,
-    plane: str,
-    cases: Sequence[str],
-    *,
-    rule: Rule,
-    factor: float,
-    speeds: ArrayLike | None = None,
+    extremes: ArrayLike, plane: str, cases: Sequence[str], *, rule: Rule, factor: float, speeds: ArrayLike | None = None
 ) -> tuple[ExtremeRow, ...]:
     """Characteristic loads of the runs of a load case, for each of the 14 extremes.
 
@@ -185,10 +179,10 @@ def characteristic_rows(
 
 
 def governing_rows(tables: Sequence[Sequence[ExtremeRow]]) -> tuple[ExtremeRow, ...]:
-    """For each of the 14 extremes the row of the load case whose load with its factor is most severe.
+    """Rows of the load cases whose loads with their factors are most severe, for each of the 14 extremes.
 
     Args:
-      tables: of each load case, from ``characteristic_rows``.
+      tables: rows of each load case, from ``characteristic_rows``.
 
     Raises:
       InputError: there are none, a table lacks a row, or loads with and without factor meet.
@@ -211,14 +205,14 @@ def factored_rows(rows: Sequence[ExtremeRow], *, favourable: float | None = None
     Raises:
       InputError: a row contains the factor already.
     """
-    found = []
+    design = []
     for row in rows:
         if row.factored:
             raise InputError(f"factored_rows: {row.driver} contains the factor {row.factor:g} already")
         factor = row.factor if favourable is None or row.severity >= 0.0 else favourable
         loads = tuple(factor * x for x in row.loads)
-        found.append(replace(row, loads=loads, factor=factor, factored=True))
-    return tuple(found)
+        design.append(replace(row, loads=loads, factor=factor, factored=True))
+    return tuple(design)
 
 
 def extremes_table(rows: Sequence[ExtremeRow]) -> pd.DataFrame:

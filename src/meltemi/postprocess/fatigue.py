@@ -68,16 +68,12 @@ def usual_slope(channel: Channel) -> float | None:
 
 
 def equivalent_loads(
-    result: Result,
-    names: Sequence[str] | None = None,
-    f_eq: float = 1.0,
-    *,
-    slopes: Mapping[str, float] | None = None,
+    result: Result, names: Sequence[str] | None = None, f_eq: float = 1.0, *, slopes: Mapping[str, float] | None = None
 ) -> dict[str, float]:
     """Damage-equivalent loads of the load channels of a result, without its initial transient, in SI units.
 
     Args:
-      names: of the channels; by default all loads.
+      names: names of the channels; by default all loads.
       f_eq: [Hz] of the equivalent load.
       slopes: m of the S-N curve by channel, else the usual one; a channel that is no load takes part if it has one.
 
@@ -85,7 +81,7 @@ def equivalent_loads(
       InputError: a name is unknown, ``f_eq`` or a slope is not positive, or there are less than two samples.
     """
     given = {result.channel(name).name: m for name, m in (slopes or {}).items()}
-    found: dict[str, float] = {}
+    loads: dict[str, float] = {}
     result = result.evaluated
     if len(result.time) < 2:
         raise InputError("equivalent_loads: the result has one sample; at least two are needed")
@@ -93,7 +89,7 @@ def equivalent_loads(
     for channel in result.channels if names is None else [result.channel(name) for name in names]:
         slope = given.get(channel.name, usual_slope(channel))
         if slope is not None:
-            found[channel.name] = damage_equivalent_load(
+            loads[channel.name] = damage_equivalent_load(
                 result[channel.name], duration=duration, slope=slope, f_eq=f_eq
             )
-    return found
+    return loads

@@ -53,10 +53,10 @@ FORMATS = (
         note="names, units; all digits",
     ),
 )
-"""All formats; their note says what they preserve. The first that fits the content is read: texts, which have no first
-bytes of their own, by their suffix, and those of any other suffix as output of OpenFAST."""
+"""All formats; their note says what they preserve. The first that fits the content is read. Texts have no typical first
+bytes: their suffix decides, and any other suffix means output of OpenFAST."""
 FIRST = 8
-"""[bytes] of a file that decide; a text has no zero among them."""
+"""[bytes] length of the beginning of a file that identifies its format; a text has no zero in it."""
 
 
 def read_result(path: str | Path) -> Result:

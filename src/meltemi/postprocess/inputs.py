@@ -1,4 +1,4 @@
-"""Arguments of functions on series as numbers, or an error that names them."""
+"""Arguments of functions on series as numbers; errors name the argument."""
 
 from __future__ import annotations
 

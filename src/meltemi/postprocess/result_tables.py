@@ -67,7 +67,7 @@ def card(result: Result) -> Card:
     from meltemi.core.representation import Card, Fold, badge
 
     kind = "good" if result.status is Status.OK else "doubtful" if result.status.complete else "bad"
-    said = [*filter(None, [result.message]), *map(str, result.findings), *result.warnings]
+    remarks = [*filter(None, [result.message]), *map(str, result.findings), *result.warnings]
     facts = [("status", badge(result.status.name, kind)), ("time", result.span())]
     for name, unit in (("transient", "s"), ("output_step", "s"), ("controller", ""), ("real_time_factor", "")):
         if result.meta.get(name):
@@ -76,7 +76,7 @@ def card(result: Result) -> Card:
     head = ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", ""]
     after = "after the transient" if result.meta.get("transient") else ""
     sections = [
-        *([Fold("Messages", [[words] for words in said], [""], open=True)] if said else []),
+        *([Fold("Messages", [[words] for words in remarks], [""], open=True)] if remarks else []),
         Fold(f"{len(result.channels)} channels", rows, head, note=after, open=True),
     ]
     if result.log:

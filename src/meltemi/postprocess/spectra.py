@@ -3,7 +3,7 @@
 Densities are one-sided: their integral over frequency is the variance. They are estimated by Welch's method: segments
 under a Hann window, each without its mean or line, overlapping, their periodograms averaged. The window spreads a tone
 over four bins (main lobe), so a peak's density depends on the resolution, and is up to 1.4 dB lower where the tone lies
-between two frequencies; compare peaks of equal resolution only. The variance about a peak depends on neither.
+between two frequencies; compare peaks of equal resolution only. The variance about a peak does not depend on them.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ class PowerSpectrum(Brief):
     Attributes:
       frequency: (F,) [Hz] from zero to half the sampling rate.
       density: (F,) [unit^2/Hz].
-      unit: of the series, SI; empty if unknown.
+      unit: SI unit of the series; empty if unknown.
       channel: name of the series; empty if unknown.
       resolution: [Hz] distance between frequencies, the inverse of a segment's length.
       bandwidth: [Hz] equivalent noise bandwidth of the window, 1.5 times the resolution for a Hann window.
-      segments: that were averaged.
+      segments: number of averaged segments.
       degrees_of_freedom: of the chi-square distribution of ``density`` over its expectation, for noise; lower than
         twice the number of segments because they overlap.
     """
@@ -88,11 +88,11 @@ class SpectralPeak:
     """The highest spectral density near a frequency.
 
     Attributes:
-      frequency: [Hz] at which it stands.
-      density: [unit^2/Hz] its height.
+      frequency: [Hz] frequency of the peak.
+      density: [unit^2/Hz] height of the peak.
       background: [unit^2/Hz] geometric mean of the density between one and two half-widths on both sides; NaN if there
         is none.
-      variance: [unit^2] of everything within the half-width.
+      variance: [unit^2] variance within the half-width.
     """
 
     frequency: float
@@ -135,18 +135,18 @@ def even_series(
 
     Args:
       source: a result, with ``channel``, or (T,) values, with ``dt``.
-      channel: of the result.
-      dt: [s] of the bare series.
+      channel: channel of the result.
+      dt: [s] time step of the plain series.
       where: begins the messages.
 
     Raises:
       InputError: required arguments besides the source are missing, or values are not finite or not evenly spaced.
     """
-    found: Channel | None = None
+    recorded: Channel | None = None
     if isinstance(source, Result):
         if channel is None or dt is not None:
             raise InputError(f"{where}: a result requires a channel, and defines its own time")
-        found = source.channel(channel)
+        recorded = source.channel(channel)
         x, step = source[channel], time_step(source.time, where)
     else:
         if dt is None or channel is not None:
@@ -157,7 +157,7 @@ def even_series(
         raise InputError(f"{where}: the series must be a row of at least two values, found shape {x.shape}")
     if not np.all(np.isfinite(x)):
         raise InputError(f"{where}: the series contains values that are not finite")
-    return x, step, found
+    return x, step, recorded
 
 
 def _degrees_of_freedom(window: Float, stride: int, segments: int) -> float:
@@ -188,8 +188,8 @@ def power_spectrum(
       resolution: [Hz] distance between frequencies, to which the length of segments is chosen, in whole steps; 0.02 Hz
         unless ``segments`` is given.
       segments: instead, the number of segments, which sets their length.
-      overlap: of a segment with the next, over its length.
-      detrend: what is taken out of each segment: its mean, or its line.
+      overlap: overlap of a segment with the next, over its length.
+      detrend: part removed from each segment: its mean, or its line.
 
     Source: Welch, The use of fast Fourier transform for the estimation of power spectra, IEEE Trans. Audio
     Electroacoust. 15 (1967).
@@ -201,7 +201,7 @@ def power_spectrum(
     from scipy import signal
 
     where = "power_spectrum"
-    x, step, found = even_series(source, channel, dt, where)
+    x, step, recorded = even_series(source, channel, dt, where)
     if resolution is not None and segments is not None:
         raise InputError(f"{where}: specify either the resolution or the number of segments")
     if not 0.0 <= overlap < 1.0:
@@ -233,8 +233,8 @@ def power_spectrum(
     return PowerSpectrum(
         frequency=frequency,
         density=density,
-        unit=found.unit if found else "",
-        channel=found.name if found else "",
+        unit=recorded.unit if recorded else "",
+        channel=recorded.name if recorded else "",
         resolution=df,
         bandwidth=df * length * float(window @ window) / float(window.sum()) ** 2,
         segments=number,

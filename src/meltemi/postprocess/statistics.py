@@ -28,7 +28,7 @@ def means_over_revolutions(time: Float, azimuth: Float, x: Float) -> tuple[Float
         raise InputError("azimuthal_averages: the series covers less than one revolution")
     ends = np.interp(turned[0] + 2.0 * np.pi * np.arange(n + 1.0), turned, time)
     area = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))])
-    # the integral is quadratic between samples: go on from the sample before with the series' own slope
+    # the integral is quadratic between samples: continue from the sample before with the slope of the series
     i = np.clip(np.searchsorted(time, ends, side="right") - 1, 0, len(time) - 2)
     dt = ends - time[i]
     slope = (x[i + 1] - x[i]) / (time[i + 1] - time[i])

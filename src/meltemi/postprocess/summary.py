@@ -92,12 +92,12 @@ class Counter:
     """Statistics of channels whose series grow.
 
     Args:
-      channels: of the first columns of ``output``.
+      channels: channels of the first columns of ``output``.
       output: (rows, columns) samples, of which ``clock.row`` are new whenever the counter is called.
       clock: (fields,) of :class:`Clock`.
       skipped: number of samples of the initial transient.
       wrap: whether angles still grow beyond a revolution.
-      slopes: of the S-N curves by channel; for others the usual ones.
+      slopes: slopes of the S-N curves by channel; for others the usual ones.
 
     Raises:
       InputError: a name is unknown, or a slope is not positive.
@@ -133,7 +133,7 @@ class Counter:
         add_samples(self.record)
 
     def summary(self, about: Result, step: float) -> Summary:
-        """Statistics until now.
+        """Statistics of the samples so far.
 
         Args:
           about: status, message and origin.
@@ -148,18 +148,8 @@ class Counter:
         damages = np.zeros(len(states))
         for k in np.flatnonzero(slopes):
             damages[k] = damage_until_now(ChannelState(states[k]).cycles, self.record.points[k], spare)
-        samples = int(n[0])
-        return Summary(
-            self.channels,
-            rows,
-            slopes.copy(),
-            damages,
-            samples,
-            max(samples - 1, 0) * step,
-            about.status,
-            about.message,
-            about.meta,
-        )
+        samples, origin = int(n[0]), (about.status, about.message, about.meta)
+        return Summary(self.channels, rows, slopes.copy(), damages, samples, max(samples - 1, 0) * step, *origin)
 
 
 def counted(run: Simulation, slopes: Mapping[str, float] | None = None) -> Counter:
@@ -180,7 +170,7 @@ def summary(result: Result, slopes: Mapping[str, float] | None = None) -> Summar
     """The summary of a result: the same numbers, bit by bit, as those of a run that keeps no series.
 
     Args:
-      result: with its series.
+      result: result with its series.
       slopes: m of the S-N curves by channel; else 10 for blades, 3 for mooring lines, 4 for others.
 
     Raises:

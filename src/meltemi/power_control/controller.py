@@ -28,9 +28,9 @@ from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 Float = NDArray[float64]
 
 NEAR = 0.99
-"""Of the pitch loop's reference, where rated power is reached at the latest, as in the baseline law."""
+"""Share of the pitch loop's reference speed at which rated power is reached at the latest, as in the baseline law."""
 FILTERED = 0.5
-"""Of the speed filter's corner, that the speed loop has at most."""
+"""Largest frequency of the speed loop over the corner frequency of the speed filter."""
 SPEED_LOOP = 0.6 / rpm(12.1)
 """Frequency of the speed loop of the NREL 5 MW over its rated rotor speed (Jonkman et al. 2009)."""
 
@@ -226,8 +226,8 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
             "its own; correct control.pitch.gain_halving_pitch, or give the frequency of the settings"
         )
     frequency = math.sqrt(0.5 * pitch.integral_gain * ratio * slope / inertia)
-    made_for = 2.0 * 0.7 * pitch.integral_gain / max(pitch.proportional_gain, 1e-9 * pitch.integral_gain)
-    return min(frequency, made_for, FILTERED * turbine.control.filter_frequency)
+    damped = 2.0 * 0.7 * pitch.integral_gain / max(pitch.proportional_gain, 1e-9 * pitch.integral_gain)
+    return min(frequency, damped, FILTERED * turbine.control.filter_frequency)
 
 
 def shaft_inertia(turbine: AnyTurbine) -> float:

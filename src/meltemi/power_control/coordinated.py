@@ -62,10 +62,10 @@ class CoordinationState(Table, title="coordination"):
     individual: float = number("-", "1: with load control")
     yaws: float = number("-", "1: with yaw control")
     relieves: float = number("-", "1: the dead band follows the power")
-    own_band: float = number("rad", "dead band of the yaw control itself")
+    narrow_band: float = number("rad", "dead band of the yaw control without relief")
     widest_band: float = number("rad", "largest dead band")
-    caution: float = number("-", "standard deviations")
-    mean_time: float = number("s", "of mean and standard deviation")
+    caution: float = number("-", "number of standard deviations below the mean")
+    mean_time: float = number("s", "time constant of mean and standard deviation")
     mean: float = number("m/s", "state: mean of the estimated wind")
     variance: float = number("m^2/s^2", "state: variance of the estimated wind")
     switches: float = number("-", "limits within the difference step of a parameter, in derivative runs")
@@ -74,14 +74,14 @@ class CoordinationState(Table, title="coordination"):
 class CoordinatedState(Table, title="coordinated control"):
     """State of all parts; load control and yaw control are idle unless requested."""
 
-    coordination: CoordinationState = part(CoordinationState, "of the parts")
+    coordination: CoordinationState = part(CoordinationState, "coordination of the parts")
     yaw: YawControlState = part(YawControlState, "yaw control")
     power: PowerControlState = part(PowerControlState, "power control", prefix="")
-    load: LoadControlState = part(LoadControlState, "what each blade adds")
+    load: LoadControlState = part(LoadControlState, "individual pitch and flaps")
 
 
 LEAST_WIND = 0.1
-"""[m/s]."""
+"""[m/s] lower limit of the weak wind."""
 
 
 @kernel
@@ -100,7 +100,7 @@ def dead_band(x: CoordinationState, power: PowerControlState, error: float, dt: 
     best = 0.5 * power.density * pi * power.radius * power.radius * power.best_coefficient
     needed = third_root(max(power.setpoint, 1.0) / (best * power.gear_efficiency))
     cosine = needed / weak
-    band, widest = x.own_band, x.widest_band
+    band, widest = x.narrow_band, x.widest_band
     x.switches += crossed(cosine - cos(band)) + crossed(cosine - cos(widest))
     if cosine >= cos(band):
         return band
@@ -181,7 +181,7 @@ def CoordinatedController(
         individual=blades is not None,
         yaws=yaw is not None,
         relieves=relief is not None,
-        own_band=yaw_values.dead_band,
+        narrow_band=yaw_values.dead_band,
         widest_band=settings.widest_band,
         caution=settings.caution,
         mean_time=settings.mean_time,

@@ -28,11 +28,11 @@ Float = NDArray[float64]
 
 RATIO_STEP, PITCH_STEP, SHARE_STEP = 0.25, math.radians(1.0), 0.05
 SHARES = 0.3, 1.6
-"""Of the speed at which the power is optimal to the present speed; 1.6 is for pitch held far out (A3)."""
+"""Range of the speed at which the power is optimal over the present speed; 1.6 is for pitch held far out (A3)."""
 SECANT = math.radians(2.0)
-"""To either side, over which the sensitivity is taken: at fine pitch the tangent may be flat."""
+"""Half the pitch interval of the difference quotient for the sensitivity: at fine pitch the tangent may be flat."""
 LEAST_SENSITIVITY, LEAST_PITCH = 0.5, math.radians(6.0)
-"""Share of the sensitivity at that pitch beyond the smallest which is taken at least."""
+"""Lower limit of the sensitivity, as a share of that at this pitch beyond the smallest."""
 
 
 @kernel

@@ -28,10 +28,10 @@ class PowerControlMode:
 
 
 _STATES = """
-maximum_power  | fine     | fine pitch, below the speed at which the reference is met: all that the wind gives
-power_tracking | fine     | fine pitch, power as asked for, the speed takes up what is left
+maximum_power  | fine     | fine pitch, maximum power, below the speed at which the reference is met
+power_tracking | fine     | fine pitch, power at its set-point, the rotor stores the rest as speed
 speed_limit    | upper    | the pitch holds the upper speed
-hold           | held     | the pitch is held, the speed takes up what is left
+hold           | held     | the pitch is held, the rotor stores the rest as speed
 recovery       | recovery | the pitch falls, to hold the lower speed
 """
 

@@ -25,7 +25,7 @@ from meltemi.report.palette import COLOURS, GRID, INK, SOFT
 P = ParamSpec("P")
 R = TypeVar("R")
 THIN = "\u2009"
-"""Space between thousands."""
+"""Thin space between thousands."""
 MINUS = "\u2212"
 """Sign of negative numbers."""
 STYLE: dict[str, Any] = {
@@ -86,7 +86,7 @@ STYLE: dict[str, Any] = {
 
 def grouped(text: str) -> str:
     """A number with thin spaces between its thousands, if it has at least five digits before the point."""
-    return re.sub(r"(?<![\d.])\d{5,}", lambda found: f"{int(found[0]):,}".replace(",", THIN), text, count=1)
+    return re.sub(r"(?<![\d.])\d{5,}", lambda match: f"{int(match[0]):,}".replace(",", THIN), text, count=1)
 
 
 class Thousands(ScalarFormatter):

@@ -19,7 +19,7 @@ ON_DARK = (
     *("#3cb6d1", "#efa031", "#8f7bff", "#ace4ff", "#cc853d"),
     *("#30c798", "#ff5fba", "#c5ecdb", "#a18a53", "#d1a0ff"),
 )
-"""The same on a dark page; they differ by at least 13."""
+"""Colours of series on a dark page; they differ by at least 13."""
 BLADES = tuple(COLOURS[i] for i in (0, 1, 6))
 """Colours of blades 1 to 3."""
 DIVERGING = ("#882255", "#e9a3c4", "#ffffff", "#a8d5e5", "#0b6e99")
@@ -34,7 +34,7 @@ FACES = {
     "outside": ("#e6eef5", "#0b6e99"),
     "plain": ("white", SOFT),
 }
-"""Face and edge of a block of a diagram by what it stands for."""
+"""Face and edge colour of the blocks of a diagram, by kind."""
 
 
 def curve(j: int) -> dict[str, Any]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from meltemi.simulation.operating_point import OperatingPoint
     from meltemi.simulation.result import Result
 
-EVERYBODY = (
+MAIN_CHANNELS = (
     "wind_x",
     "rotor_speed",
     "pitch_1",
@@ -34,13 +34,7 @@ EVERYBODY = (
     "tower_base_moment_fore_aft",
 )
 """Main channels, shown by default with those at sea."""
-AT_SEA = (
-    "wave_elevation",
-    "platform_surge",
-    "platform_pitch",
-    "mudline_reaction_moment_y",
-    "line_1_fairlead_tension",
-)
+AT_SEA = ("wave_elevation", "platform_surge", "platform_pitch", "mudline_reaction_moment_y", "line_1_fairlead_tension")
 MOST_PANELS = 12
 """Channels of a result of which all are shown by default, those of three blades counted once."""
 
@@ -172,7 +166,7 @@ MARK_COLOURS = {"event": COLOURS[1], "wind": COLOURS[0]}
 MOST_MARKS = 12
 """Log entries that are listed below a plot; of more, the first ones."""
 NEAR = 0.02
-"""Share of the time axis within which marks stand under one number."""
+"""Fraction of the time axis within which marks share one label."""
 
 
 def mark_log(result: Result, axes: Sequence[Axes]) -> None:
@@ -193,8 +187,8 @@ def mark_log(result: Result, axes: Sequence[Axes]) -> None:
         if not groups or entry.time - groups[-1][0] > near:
             groups.append((entry.time, []))
         groups[-1][1].append(number)
-        said = f"{number}: {entry.time:g} s, {'wind ' * (entry.source == 'wind')}{entry.what}"
-        handles.append(Line2D([], [], label=said if len(said) <= 75 else said[:72] + "...", **look))
+        line = f"{number}: {entry.time:g} s, {'wind ' * (entry.source == 'wind')}{entry.what}"
+        handles.append(Line2D([], [], label=line if len(line) <= 75 else line[:72] + "...", **look))
     for time, numbers in groups:
         text = str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
         note(axes[0], text, (time, 1.0), (0, 2), ha="center", va="bottom", color=INK, **ON_TOP)  # off the curves
@@ -211,16 +205,16 @@ ABOVE: dict[str, Any] = {"loc": "lower right", "bbox_to_anchor": (1.0, 0.97), "b
 
 def _of_all_blades(result: Result, name: str) -> list[str]:
     """The channel of all blades that a result contains, if there are several."""
-    found = [f"{name[:-1]}{b}" for b in range(1, 4) if name.endswith("_1") and f"{name[:-1]}{b}" in result]
-    return found if len(found) > 1 else []
+    names = [f"{name[:-1]}{b}" for b in range(1, 4) if name.endswith("_1") and f"{name[:-1]}{b}" in result]
+    return names if len(names) > 1 else []
 
 
 def _shown(result: Result) -> list[str]:
-    """Channels that are plotted by default; those of further blades stand in the panels of the first."""
+    """Channels that are plotted by default; those of further blades are in the panels of the first."""
     names = [name for name in result.names if name[-2:] not in ("_2", "_3") or f"{name[:-1]}1" not in result]
-    return (
-        names if len(names) <= MOST_PANELS else [n for n in (*EVERYBODY, *AT_SEA) if n in result] or names[:MOST_PANELS]
-    )
+    if len(names) <= MOST_PANELS:
+        return names
+    return [name for name in (*MAIN_CHANNELS, *AT_SEA) if name in result] or names[:MOST_PANELS]
 
 
 def plot(
@@ -286,8 +280,8 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
     A dotted line marks the first of the points with the largest power.
 
     Args:
-      points: by wind speed.
-      model: whose radius and air make C_p and C_t of aerodynamic power and thrust, shown if it is given.
+      points: operating points by wind speed.
+      model: model whose radius and air give C_p and C_t of aerodynamic power and thrust; without it neither is shown.
     """
     disk = is_disk(points[0])  # a power coefficient in place of blades and tower
     panels = [(name,) for name in DISK_CURVE] if disk else STEADY_OPERATION
@@ -318,8 +312,8 @@ def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None 
             ax.plot(speeds, values, **look, color=COLOURS[0])
             panel(ax, name, "-")
             ax.set_ylim(bottom=0.0)
-    made = np.array([p["generator_power"] for p in points])
-    first = int(np.argmax(made > 0.995 * made.max()))
+    power_output = np.array([p["generator_power"] for p in points])
+    first = int(np.argmax(power_output > 0.995 * power_output.max()))
     rated, below = speeds[first], speeds[max(first - 1, 0)]
     for ax in axes.flat:
         ax.axvline(rated, color=FAINT, linewidth=0.9, linestyle=":", zorder=0.5)
@@ -351,7 +345,7 @@ def plot_performance(performance: RotorPerformance) -> Figure:
 
 
 HIGHEST_DAMPING = 25.0
-"""[%] to which the second panel of a Campbell diagram reaches."""
+"""[%] upper end of the second panel of a Campbell diagram."""
 
 
 def plot_campbell(diagram: Campbell, name: str = "") -> Figure:

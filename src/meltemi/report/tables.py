@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from meltemi.turbulence.statistics import FieldStatistics, SeriesStatistics
 
 
+Rows = tuple[list[str], list[list[str]]]
+"""Header and rows of a table."""
+
+
 class Number(str):
     """Formatted number that keeps its value: tables show a few digits, files all of them."""
 
@@ -31,12 +35,12 @@ class Number(str):
 
 def number(value: float) -> str:
     """Format a number with four or five significant digits, without exponent if possible."""
-    found = Number(rounded(float(value)))
-    found.value = float(value)
-    return found
+    text = Number(rounded(float(value)))
+    text.value = float(value)
+    return text
 
 
-def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
+def statistics_rows(result: Result) -> Rows:
     """Header and rows of the statistics of a result, in engineering units.
 
     Raises:
@@ -44,20 +48,20 @@ def statistics_rows(result: Result) -> tuple[list[str], list[list[str]]]:
     """
     loads = equivalent_loads(result) if len(result.evaluated.time) > 1 else {}
     rows = []
-    for channel, found in channel_statistics(result):
+    for channel, statistics in channel_statistics(result):
         unit, factor = channel.display_unit
         load = number(loads[channel.name] * factor) if channel.name in loads else ""
-        rows.append([channel.name, channel.alias, unit, *map(number, found), load])
+        rows.append([channel.name, channel.alias, unit, *map(number, statistics), load])
     return ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", "DEL 1 Hz"], rows
 
 
 EARLY, EARLY_PART = 10.0, 0.05
-"""[s] in which an extreme may depend on the start, and fraction of shorter runs: in turbulence an extreme of the wind
-falls into it once in twenty times. Runs shorter than three times that give no warning."""
+"""[s] first part of a run in which an extreme may depend on the start, and its fraction of shorter runs: in turbulence
+an extreme of the wind falls into it once in twenty times. Runs shorter than three times that give no warning."""
 EARLY_UNITS = ("N", "N m", "m", "W")
 """Units of the channels whose extremes are examined."""
 EARLY_SHARE = 0.05
-"""Amount by which an early extreme must exceed all later ones, over the channel's largest later magnitude."""
+"""Amount by which an early extreme exceeds all later ones in a warning, over the channel's largest later magnitude."""
 
 
 def early_extremes(result: Result) -> str:
@@ -66,7 +70,7 @@ def early_extremes(result: Result) -> str:
     if len(judged.time) < 2 or judged.time[-1] < 3.0 * EARLY:
         return ""
     first = judged.time <= min(EARLY, EARLY_PART * judged.time[-1])
-    told = []
+    suspects = []
     for i, channel in enumerate(judged.channels):
         if channel.unit not in EARLY_UNITS or not first.any():
             continue
@@ -74,15 +78,15 @@ def early_extremes(result: Result) -> str:
         room = EARLY_SHARE * abs(later).max()
         for place, beyond in ((early.argmax(), early.max() - later.max()), (early.argmin(), later.min() - early.min())):
             if beyond > room:
-                told.append((beyond / max(room, 1e-300), f"{channel.name} at {judged.time[place]:.2f} s"))
-    if not told:
+                suspects.append((beyond / max(room, 1e-300), f"{channel.name} at {judged.time[place]:.2f} s"))
+    if not suspects:
         return ""
-    told.sort(reverse=True)
-    names = ", ".join(words for _, words in told[:3]) + (" and others" if len(told) > 3 else "")
+    suspects.sort(reverse=True)
+    names = ", ".join(words for _, words in suspects[:3]) + (" and others" if len(suspects) > 3 else "")
     return f"extremes occur in the first seconds and may depend on the start ({names}): set transient to exclude them"
 
 
-def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
+def field_rows(field: FieldStatistics) -> Rows:
     """Header and rows of the statistics of a field: hub, grid mean, smallest and largest value of its points.
 
     Of the grid, means, deviations and intensities are averages over its points, minimum and maximum are the extremes,
@@ -92,19 +96,19 @@ def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
 
     head = ["where", "component", "mean m/s", "std m/s", "intensity %", "min m/s", "max m/s"]
     head += ["time scale s", "length m"]
-    mean = found.mean * (abs(found.mean) > CALM * found.speed)  # no rounding errors in a table
-    values = (mean, found.std, 100.0 * found.intensity, found.lowest, found.highest)
+    mean = field.mean * (abs(field.mean) > CALM * field.speed)  # no rounding errors in a table
+    values = (mean, field.std, 100.0 * field.intensity, field.lowest, field.highest)
     rows: list[list[str]] = []
 
     def add(where: str, c: int, *numbers: float) -> None:
         rows.append([where, COMPONENTS[c], *(number(float(x)) for x in numbers), *[""] * (7 - len(numbers))])
 
     for c in range(3):
-        at_hub = (x[found.row, found.column, c] for x in values)
-        add("hub", c, *at_hub, found.hub_time_scale[c], found.hub_length_scale[c])
+        at_hub = (x[field.row, field.column, c] for x in values)
+        add("hub", c, *at_hub, field.hub_time_scale[c], field.hub_length_scale[c])
     for c in range(3):
         averages, extremes = (x[..., c].mean() for x in values[:3]), (values[3][..., c].min(), values[4][..., c].max())
-        add("grid", c, *averages, *extremes, found.grid_time_scale[c], found.grid_length_scale[c])
+        add("grid", c, *averages, *extremes, field.grid_time_scale[c], field.grid_length_scale[c])
     for c in range(3):
         add("lowest of the grid", c, *(x[..., c].min() for x in values))
     for c in range(3):
@@ -112,16 +116,16 @@ def field_rows(found: FieldStatistics) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def series_rows(found: SeriesStatistics) -> tuple[list[str], list[list[str]]]:
+def series_rows(series: SeriesStatistics) -> Rows:
     """Header and rows of the statistics of a uniform wind, directions in degrees."""
     from meltemi.wind.velocity import WindNow
 
     units = {name: field.unit for name, field in zip(WindNow.names, WindNow.rows, strict=True)}
     rows = []
-    for i, name in enumerate(found.names):
+    for i, name in enumerate(series.names):
         unit = units.get(name, "m/s")
         factor = 180.0 / math.pi if unit == "rad" else 1.0
-        values = (found.mean[i], found.std[i], found.lowest[i], found.highest[i])
+        values = (series.mean[i], series.std[i], series.lowest[i], series.highest[i])
         text = name.replace("_", " ")
         rows.append([text, "deg" if unit == "rad" else unit, *(number(float(x) * factor) for x in values)])
     return ["column", "unit", "mean", "std", "min", "max"], rows
@@ -157,8 +161,8 @@ HEAD_UNIT = re.compile(
 
 def _with_unit(text: str) -> str:
     """A column's name with its unit in brackets."""
-    found = None if text.endswith("]") else HEAD_UNIT.fullmatch(text)
-    return f"{found[1]} [{found[2]}]" if found else text
+    match = None if text.endswith("]") else HEAD_UNIT.fullmatch(text)
+    return f"{match[1]} [{match[2]}]" if match else text
 
 
 def write_csv(path: str | Path, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Path:
@@ -202,9 +206,7 @@ def is_disk(point: OperatingPoint) -> bool:
     return "aerodynamic_power" in point.channels
 
 
-def power_curve_rows(
-    points: Sequence[OperatingPoint], failures: Mapping[float, str] | None = None
-) -> tuple[list[str], list[list[str]]]:
+def power_curve_rows(points: Sequence[OperatingPoint], failures: Mapping[float, str] | None = None) -> Rows:
     """Header and rows of a power curve in engineering units; rows of failed wind speeds [m/s] are marked."""
     wanted = POWER_CURVE | (DISK_CURVE if is_disk(points[0]) else {})
     channels = [points[0].channels[name] for name in wanted if name in points[0].channels]
@@ -214,7 +216,7 @@ def power_curve_rows(
     return head, [[number(speed), *rows[speed]] for speed in sorted(rows)]
 
 
-def campbell_rows(diagram: Campbell) -> tuple[list[str], list[list[str]]]:
+def campbell_rows(diagram: Campbell) -> Rows:
     """Header and rows of a Campbell diagram, one per mode and operating point."""
     head = ["mode", "wind m/s", "rotor rpm", "pitch deg", "frequency Hz", "damping %", "energy"]
     operation = (diagram.wind_speed, diagram.rotor_speed * 30.0 / math.pi, diagram.pitch * 180.0 / math.pi)

@@ -1,4 +1,4 @@
-"""What a report consists of: sections of blocks, which HTML pages, Word documents and Excel files show alike."""
+"""Document model of reports: sections of blocks, which HTML pages, Word documents and Excel files show alike."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from meltemi.reports.turbine_facts import number
 
 
 @dataclass(frozen=True)
-class Case:
-    """Name of a case, or a text in its place; ``base``: of which load base of the page."""
+class CaseName:
+    """Name of a case, or a text in its place; ``base`` is the number of its load base on the page."""
 
     name: str
     base: int = 0
@@ -28,11 +28,11 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A value with what belongs to it: its case, its utilisation, a note."""
+class CaseValue:
+    """A value with its case, its utilisation and a note."""
 
     value: float | None = None
-    case: Case | None = None
+    case: CaseName | None = None
     ratio: float = math.nan
     note: str = ""
 
@@ -54,11 +54,11 @@ class Share:
 
 @dataclass(frozen=True)
 class Marked:
-    """A cell that stands out.
+    """A highlighted cell.
 
     Attributes:
-      cell: its content.
-      kind: "own" (what the row is about), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
+      cell: content of the cell.
+      kind: "own" (subject of the row), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
         "warned", "failed".
     """
 
@@ -69,12 +69,12 @@ class Marked:
         return words(self.cell)
 
 
-Cell = str | float | Case | Entry | Share | Marked | None
-"""Of a table."""
+Cell = str | float | CaseName | CaseValue | Share | Marked | None
+"""Cell of a table."""
 
 
 def unmarked(cell: Cell) -> Cell:
-    """A cell, or what is in it if it stands out."""
+    """A cell, or the content of a highlighted one."""
     return cell.cell if isinstance(cell, Marked) else cell
 
 
@@ -95,10 +95,10 @@ class Table:
       rows: cells; a row may be shorter than the head.
       caption: above the table.
       text_columns: how many of the first columns are text; others are if most of their cells begin with a letter.
-        Numbers stand to the right.
+        Numbers are aligned to the right.
       groups: a row above the head, of (text, columns that it spans); it must span all of them.
       note: below the table.
-      ids: of rows.
+      ids: identifiers of rows.
       paper: a sentence in place of the table on paper; empty: the table itself.
     """
 
@@ -117,14 +117,16 @@ class Table:
         return [["" if cell is None else str(cell) for cell in row] for row in self.rows]
 
     def left(self) -> set[int]:
-        """Columns of text, which stand to the left."""
+        """Columns of text, aligned to the left."""
         columns = [[unmarked(row[j]) for row in self.rows if j < len(row)] for j in range(len(self.head))]
         filled = [[cell for cell in column if cell not in (None, "")] for column in columns]
-        return {j for j, own in enumerate(filled) if j < self.text_columns or 2 * sum(map(_is_text, own)) > len(own)}
+        return {
+            j for j, cells in enumerate(filled) if j < self.text_columns or 2 * sum(map(_is_text, cells)) > len(cells)
+        }
 
 
 def _is_text(cell: Cell) -> bool:
-    return isinstance(cell, Case) or (isinstance(cell, str) and cell[:1].isalpha())
+    return isinstance(cell, CaseName) or (isinstance(cell, str) and cell[:1].isalpha())
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Axis:
-    """Of a chart. ``start``: a value that it must contain, or that of the centre of a polar one."""
+    """Axis of a chart; ``start`` is a value that it must contain, or that of the centre of a polar one."""
 
     label: str
     unit: str = ""
@@ -164,7 +166,7 @@ class Axis:
 
 @dataclass(frozen=True)
 class Curve:
-    """Of a chart.
+    """Curve of a chart.
 
     Attributes:
       name: curves of one name are switched on and off together.
@@ -198,8 +200,8 @@ class Chart:
       curves: what it shows.
       caption: below it.
       polar: x are angles [deg], anticlockwise from the right.
-      spokes: of a polar one, names of evenly spaced angles, the first to the right, with a value of each curve on every
-        spoke; a line break within a name is one on the page.
+      spokes: names of evenly spaced angles of a polar chart, the first to the right, with a value of each curve on
+        every spoke; a line break within a name is one on the page.
     """
 
     title: str
@@ -216,7 +218,7 @@ class Statistics:
     """Statistics of all cases over their wind speed; a page lets its reader choose channel and abscissa.
 
     Attributes:
-      bases: of each load base the data of the page's script: name, dlcs, dlc, channels, across.
+      bases: data of the page's script for each load base: name, dlcs, dlc, channels, across.
       first: channel that is shown first.
       caption: below it.
     """
@@ -238,7 +240,7 @@ class Stroke:
       points: (x to the right, y up), the picture being 100 wide.
       kind: "body" (closed, filled), "line", "thin", "axis" (with an arrow), "wind" (with an arrow), "point", "into" or
         "out" (an axis that enters or leaves the picture at the point).
-      label: at its end.
+      label: label at the end of the line.
     """
 
     points: Sequence[tuple[float, float]]
@@ -261,12 +263,12 @@ class Drawing:
 class Facts:
     """Names and values in a line; a value may have its case."""
 
-    items: Sequence[tuple[str, str, Case | None]]
+    items: Sequence[tuple[str, str, CaseName | None]]
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """The result before everything else: ``kind`` is "good", "doubtful" or "bad"; lines, and what belongs to them."""
+class VerdictBlock:
+    """The result at the beginning of a report; ``kind`` is "good", "doubtful" or "bad"; ``more`` follows the lines."""
 
     kind: str
     heading: str
@@ -284,7 +286,7 @@ class Folded:
 
 
 @dataclass(frozen=True)
-class Part:
+class Subsection:
     """Blocks under a small heading."""
 
     heading: str
@@ -299,15 +301,17 @@ class Beside:
 
 
 @dataclass(frozen=True)
-class Choice:
+class PartChoice:
     """Parts of which the reader of a page chooses one; all are on paper and in files."""
 
     label: str
-    parts: Sequence[Part]
+    parts: Sequence[Subsection]
 
 
-Block = str | Table | Picture | Code | Chart | Statistics | Drawing | Facts | Verdict | Folded | Part | Beside | Choice
-"""Of a section; a text is a paragraph."""
+Container = Folded | Subsection | Beside | PartChoice
+"""Block that has other blocks in it."""
+Block = str | Table | Picture | Code | Chart | Statistics | Drawing | Facts | VerdictBlock | Container
+"""Block of a section; a text is a paragraph."""
 
 
 @dataclass(frozen=True)
@@ -331,13 +335,13 @@ class Document:
     """A report: what a page, a Word document and an Excel file have in common.
 
     Attributes:
-      title: of the report.
-      sections: in their order.
+      title: title of the report.
+      sections: sections in their order.
       facts: names and values below the title, such as turbine and wind.
-      lead: the result, before everything else; of a text the first sentence stands out.
+      lead: the result, before everything else; the first sentence of a text is highlighted.
       footer: last line, such as version and licence.
-      running: at the foot of each printed page, such as project and revision.
-      cases: of each load base; on a page a click on one shows its conditions and its command.
+      running: text at the foot of each printed page, such as project and revision.
+      cases: cases of each load base; on a page a click on one shows its conditions and its command.
     """
 
     title: str
@@ -353,9 +357,9 @@ def within(block: Block) -> Iterator[Block]:
     """A block and all blocks inside it."""
     yield block
     inner: Sequence[Block] = ()
-    if isinstance(block, Part | Beside):
+    if isinstance(block, Subsection | Beside):
         inner = block.content
-    elif isinstance(block, Choice):
+    elif isinstance(block, PartChoice):
         inner = block.parts
     elif isinstance(block, Folded):
         inner = (block.block,)
@@ -365,5 +369,5 @@ def within(block: Block) -> Iterator[Block]:
 
 def chosen(label: str, parts: Sequence[tuple[str, Sequence[Block]]]) -> list[Block]:
     """A choice between parts, given as names and blocks; no choice if there is one."""
-    made = [Part(name, blocks) for name, blocks in parts]
-    return [Choice(label, made)] if len(made) > 1 else list(made)
+    subsections = [Subsection(name, blocks) for name, blocks in parts]
+    return [PartChoice(label, subsections)] if len(subsections) > 1 else list(subsections)

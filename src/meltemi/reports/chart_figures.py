@@ -13,7 +13,7 @@ from meltemi.report.palette import COLOURS
 from meltemi.report.plots import new_figure
 from meltemi.reports.blocks import Axis, Chart, Curve, Statistics
 
-TOGETHER = 9
+CHARTS_PER_FIGURE = 9
 """Charts in a figure."""
 
 
@@ -66,15 +66,15 @@ def _draw(ax: object, chart: Chart) -> None:
 
 def grid_figures(charts: Sequence[Chart]) -> Iterator[Figure]:
     """Charts with straight axes, nine in a figure."""
-    for at in range(0, len(charts), TOGETHER):
-        own = charts[at : at + TOGETHER]
-        rows = math.ceil(len(own) / 3)
+    for at in range(0, len(charts), CHARTS_PER_FIGURE):
+        batch = charts[at : at + CHARTS_PER_FIGURE]
+        rows = math.ceil(len(batch) / 3)
         figure = ShownFigure(figsize=(10.5, 2.2 * rows))  # laid out by hand: constrained layout takes twice the time
         axes = figure.subplots(rows, 3, squeeze=False)
         figure.subplots_adjust(0.06, 0.24 / rows, 0.99, 1.0 - 0.12 / rows, wspace=0.25, hspace=0.65)
-        for ax, chart in zip(axes.flat, own, strict=False):
+        for ax, chart in zip(axes.flat, batch, strict=False):
             _draw(ax, chart)
-        for ax in list(axes.flat)[len(own) :]:
+        for ax in list(axes.flat)[len(batch) :]:
             ax.set_axis_off()
         yield figure
 

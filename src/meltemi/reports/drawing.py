@@ -15,8 +15,8 @@ if TYPE_CHECKING:
 ARROW, HALF = 3.0, math.radians(20.0)
 """Length and half the angle of the head of an arrow."""
 RADIUS = 1.6
-"""Of the circle of an axis that enters or leaves the picture."""
-LETTER = 4.2
+"""Radius of the circle of an axis that enters or leaves the picture."""
+LABEL_SIZE = 4.2
 """Size of a label."""
 Point = tuple[float, float]
 
@@ -35,8 +35,8 @@ def _label_place(stroke: Stroke) -> Point:
         return x + 2.6 * RADIUS, y - 2.6 * RADIUS
     x0, y0 = stroke.points[-2]
     length = math.hypot(x - x0, y - y0) or 1.0
-    u, v = LETTER * (x - x0) / length, LETTER * (y - y0) / length
-    return x + u + 0.7 * v, y + v - 0.7 * u  # beside a blade that goes on in the direction of the axis
+    u, v = LABEL_SIZE * (x - x0) / length, LABEL_SIZE * (y - y0) / length
+    return x + u + 0.7 * v, y + v - 0.7 * u  # beside a blade that continues in the direction of the axis
 
 
 def svg_of(drawing: Drawing) -> str:
@@ -65,7 +65,7 @@ def svg_of(drawing: Drawing) -> str:
                 parts.append(f'<polygon class="head {s.kind}" points="{points(_head(s))}"/>')
         if s.label:
             u, v = _label_place(s)
-            parts.append(f'<text x="{u:.1f}" y="{h - v + 0.35 * LETTER:.1f}">{escape(s.label)}</text>')
+            parts.append(f'<text x="{u:.1f}" y="{h - v + 0.35 * LABEL_SIZE:.1f}">{escape(s.label)}</text>')
     name = escape(drawing.title)
     return f'<svg class="sketch" viewBox="0 0 100 {height:g}" role="img" aria-label="{name}">{"".join(parts)}</svg>'
 

@@ -6,19 +6,17 @@ from collections.abc import Mapping
 from math import isnan, nan
 
 from meltemi.postprocess.ensemble import EnsembleTable, MeanEstimate
-from meltemi.report.tables import number
+from meltemi.report.tables import Rows, number
 
 
-def ensemble_rows(
-    table: EnsembleTable, units: Mapping[str, tuple[str, float]] | None = None
-) -> tuple[list[str], list[list[str]]]:
+def ensemble_rows(table: EnsembleTable, units: Mapping[str, tuple[str, float]] | None = None) -> Rows:
     """Header and rows of an ensemble, one per quantity and scheme, for ``rich_table`` and ``write_csv``.
 
-    Changes are in percent; after each number stands the half-width of its interval, empty where there is none.
+    Changes are in percent; the half-width of its interval follows each number, empty where there is none.
 
     Args:
       table: what to show.
-      units: by quantity the unit and the factor to it, such as ``channel.display_unit``; SI as given by default.
+      units: unit and factor to it by quantity, such as ``channel.display_unit``; SI as given by default.
     """
     units = units or {}
     interval = f"± {100.0 * table.confidence:g} %"
@@ -53,11 +51,11 @@ def scheme_rows(
     """Header, rows and column groups of an ensemble, with one group of columns per scheme.
 
     One row a quantity: the first scheme's mean, of the others mean and change in percent, with the half-width of its
-    interval. Below each equivalent load stands that of the ensemble, if there are several seeds.
+    interval. The equivalent load of the ensemble follows below, if there are several seeds.
 
     Args:
       table: what to show.
-      units: see ``ensemble_rows``.
+      units: units as for ``ensemble_rows``.
       means: show means of the other schemes, too.
     """
     units = units or {}
@@ -84,45 +82,45 @@ def scheme_rows(
     return head, rows, groups
 
 
-OPEN = "?"
-"""In place of what two seeds do not tell."""
+UNDECIDED = "?"
+"""Text in place of an estimate from two seeds whose interval contains zero."""
 
 
-def tells(e: MeanEstimate, resolution: float = 0.0) -> bool:
-    """Whether an estimate says anything: one of two numbers does not if its interval holds zero.
+def significant(e: MeanEstimate, resolution: float = 0.0) -> bool:
+    """Whether an estimate is significant: one from two numbers is not if its interval contains zero.
 
     Of two numbers Student's interval is six times as wide as of many (12.7 instead of 2.0 standard errors): zero within
     it is no sign of a small effect. A single number is itself, and has no interval.
 
     Args:
       e: mean and interval.
-      resolution: of what is printed: a narrower interval says that the mean is zero.
+      resolution: resolution of the printed number: a narrower interval says that the mean is zero.
     """
     return e.n != 2 or not e.low <= 0.0 <= e.high or e.half_width < resolution
 
 
 def with_interval(e: MeanEstimate, digits: int, sign: str = "", factor: float = 1.0) -> str:
-    """A mean, times a factor, and the half-width of its confidence interval; ``OPEN`` if it :func:`tells` nothing."""
-    if not tells(e, 0.5 * 10.0**-digits / abs(factor)):
-        return OPEN
+    """A mean times a factor, with the half-width of its interval; ``UNDECIDED`` if it is not :func:`significant`."""
+    if not significant(e, 0.5 * 10.0**-digits / abs(factor)):
+        return UNDECIDED
     width = f" ± {abs(factor) * e.half_width:.{digits}f}" if e.n > 1 else ""
     return f"{factor * e.mean:{sign}.{digits}f}{width}"
 
 
 def half_bar(e: MeanEstimate, factor: float = 1.0) -> float:
-    """Length of an error bar, times a factor; NaN where the interval :func:`tells` nothing."""
-    return abs(factor) * e.half_width if tells(e) else nan
+    """Length of an error bar, times a factor; NaN where the estimate is not :func:`significant`."""
+    return abs(factor) * e.half_width if significant(e) else nan
 
 
 def change_bar(change: MeanEstimate | None) -> tuple[float, float]:
-    """Length of the bar of a change [%] and of its error bar; NaN where it is missing or :func:`tells` nothing."""
-    if change is None or not tells(change, 5e-4):
+    """Length of the bar of a change [%] and of its error bar; NaN where it is missing or not :func:`significant`."""
+    if change is None or not significant(change, 5e-4):
         return nan, nan
     return 100.0 * change.mean, 100.0 * change.half_width
 
 
 def change_text(change: MeanEstimate | None) -> str:
-    """A change in percent with the half-width of its interval, if available; ``OPEN`` if it :func:`tells` nothing."""
+    """A change in percent, with the half-width of its interval; ``UNDECIDED`` if it is not :func:`significant`."""
     if change is None or isnan(change.mean):
         return "-"
     large = max(abs(change.mean), 0.0 if isnan(change.half_width) else change.half_width) >= 1.0

@@ -34,7 +34,7 @@ NEAR = 0.95
 LONG = 25
 """Rows above which a table scrolls within itself."""
 WIDE, NARROW = 12, 7
-"""Columns above which a table has smaller letters, and up to which two of a choice stand side by side on paper."""
+"""Columns above which a table has smaller letters, and up to which two of a choice are side by side on paper."""
 WRAPPED, SENTENCE = 16, 40
 """Characters of a cell above which it may be wrapped, and above which it has a least width."""
 SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt|res|in|out|ave|maint)(?![\w(])")
@@ -42,7 +42,7 @@ SYMBOL = re.compile(r"(?<![\w.])([^\W\d_])_(\w|ref|opt|res|in|out|ave|maint)(?![
 TIED = re.compile(r"(?<=\d) (?=%|±)|(?<=±) |(?<=\b\w) (?== \d)|(?<=\b\w =) (?=\d)")
 """Spaces at which a number is not broken."""
 THOUSANDS = re.compile(r"[-+]?\d{5,}(?:\.\d*)?(?: ± \d+(?:\.\d*)?)?(?: [^\W\d]\S*)?")
-"""A cell whose thousands stand apart."""
+"""A cell whose thousands are separated."""
 
 
 def write_page(path: str | Path, document: Document) -> Path:
@@ -66,7 +66,7 @@ def html_of(block: Block) -> str:
 
 @cache
 def _templates() -> Environment:
-    made = templates(
+    environment = templates(
         base64=_base64,
         cell_kinds=_cell_kinds,
         css=lambda text: re.sub(r"[^\w .,:;()/+-]", " ", text),
@@ -79,9 +79,16 @@ def _templates() -> Environment:
         text=plain,
         words=_words,
     )
-    made.policies["json.dumps_kwargs"] = JSON
-    made.globals |= {"colours": _colours, "dark": ON_DARK, "file": _file, "light": COLOURS, "near": NEAR, "soft": SOFT}
-    return made
+    environment.policies["json.dumps_kwargs"] = JSON
+    environment.globals |= {
+        "colours": _colours,
+        "dark": ON_DARK,
+        "file": _file,
+        "light": COLOURS,
+        "near": NEAR,
+        "soft": SOFT,
+    }
+    return environment
 
 
 @cache
@@ -109,10 +116,10 @@ def plain(text: str) -> Markup:
 
 
 def apart(text: str) -> Markup:
-    """A number whose thousands stand apart; without spaces, so that it is copied and sorted as a number."""
+    """A number with separated thousands; without spaces, so that it is copied and sorted as a number."""
     return Markup(
         re.sub(
-            r"(?<![\d.])\d{5,}", lambda found: re.sub(r"(?<=\d)(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", found[0]), text
+            r"(?<![\d.])\d{5,}", lambda match: re.sub(r"(?<=\d)(\d{3})(?=(?:\d{3})*$)", r"<i>\1</i>", match[0]), text
         )
     )
 

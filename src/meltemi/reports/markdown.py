@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from meltemi.report.tables import markdown_table
-from meltemi.reports.blocks import Block, Code, Part, Picture, Section, Table
+from meltemi.reports.blocks import Block, Code, Picture, Section, Subsection, Table
 
 Whole = TypeVar("Whole")
 PICTURE = re.compile(r"(!\[.*?\]\()([^/)\s]+\.png\))")
 ELSEWHERE = re.compile(r"(?<!!)\[([^\]]+)\]\(\.\./[^)]*\)")
 SIGNS = {"sum": "Σ ", "cos": " cos ", "sin": " sin ", "psi": "ψ", "omega": "ω", "lambda": "λ", "beta": "β"}
-"""Of formulas, by their names in TeX."""
+"""Signs of formulas by their names in TeX."""
 
 
 def alone(text: str) -> str:
@@ -42,7 +42,7 @@ def block_lines(block: Block) -> list[str]:
             return table_lines(block)
         case Picture(png=Path() as file):
             return [f"![{block.caption}]({file.name})"]
-        case Part():
+        case Subsection():
             return [f"### {block.heading}", *(line for each in block.content for line in ("", *block_lines(each)))]
     raise TypeError(f"{type(block).__name__}: no block of Markdown")
 
@@ -66,33 +66,33 @@ def table_rows(lines: list[str]) -> list[list[str]]:
 
 def plain(value: Whole) -> Whole:
     """A text without the marks of Markdown, or a document whose texts are without: links, emphasis, code, formulas."""
-    made: Any = value
+    result: Any = value
     if isinstance(value, str):
         text = re.sub(r"(?<!!)\[([^\]]+)\]\([^)\s]*\)", r"\1", value)
         text = re.sub(r"\$([^$]+)\$", _formula, text)
-        made = re.sub(r"(\*\*|\*|`)(?=\S)(.+?)(?<=\S)\1", r"\2", text, flags=re.S)
+        result = re.sub(r"(\*\*|\*|`)(?=\S)(.+?)(?<=\S)\1", r"\2", text, flags=re.S)
     elif isinstance(value, list | tuple):
         texts = map(plain, value)
-        made = tuple(texts) if isinstance(value, tuple) else list(texts)
+        result = tuple(texts) if isinstance(value, tuple) else list(texts)
     elif is_dataclass(value) and not isinstance(value, Code | type):
-        made = replace(value, **{each.name: plain(getattr(value, each.name)) for each in fields(value)})
-    return made
+        result = replace(value, **{each.name: plain(getattr(value, each.name)) for each in fields(value)})
+    return result
 
 
-def _formula(found: re.Match[str]) -> str:
+def _formula(match: re.Match[str]) -> str:
     """A formula in TeX as text."""
-    signs = re.sub(r"\\(\w+?)(?![a-z])", lambda sign: SIGNS.get(sign[1], sign[1]), found[1])
+    signs = re.sub(r"\\(\w+?)(?![a-z])", lambda sign: SIGNS.get(sign[1], sign[1]), match[1])
     return " ".join(signs.replace("{", "").replace("}", "").split())
 
 
 def sections(text: str, first: str) -> list[Section]:
     """Chapters of a Markdown text for an HTML page; ``first`` heads what stands before the first of them."""
-    heading, content, found = first, list[Block](), []
+    heading, content, chapters = first, list[Block](), []
     for block in _blocks(text):
         if block.startswith("# "):
             continue  # the title is that of the page
         if block.startswith("##"):
-            found.append(Section(heading, content))
+            chapters.append(Section(heading, content))
             heading, content = block.lstrip("# "), []
         elif block.startswith("```"):
             content.append(Code("\n".join(block.split("\n")[1:-1])))
@@ -101,7 +101,7 @@ def sections(text: str, first: str) -> list[Section]:
             content.append(Table(head, rows, text_columns=len(head)))
         else:
             content.append(" ".join(line.strip() for line in re.sub("^- ", "• ", block).split("\n")))
-    return [section for section in (*found, Section(heading, content)) if section.content]
+    return [section for section in (*chapters, Section(heading, content)) if section.content]
 
 
 def _blocks(text: str) -> Iterator[str]:

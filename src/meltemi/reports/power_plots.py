@@ -34,9 +34,9 @@ def plot_speed_power(
     """Plot power and pitch over rotor speed, one column per run, with the optimal power and the reference.
 
     Args:
-      turbine: of the runs.
-      performance: of its rotor.
-      runs: by name, with the channels rotor_speed, generator_power and pitch_1.
+      turbine: turbine of the runs.
+      performance: coefficients of its rotor.
+      runs: runs by name, with the channels rotor_speed, generator_power and pitch_1.
       power: [W] electrical reference.
       density: [kg/m^3] of the air.
 

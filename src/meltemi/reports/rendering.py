@@ -29,12 +29,12 @@ def report_folder(path: str | Path) -> Path:
 
 def templates(**filters: Callable[..., Any]) -> Environment:
     """The templates, with filters for their values."""
-    made = Environment(
+    environment = Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=True,
         trim_blocks=True,
         lstrip_blocks=True,
         undefined=StrictUndefined,
     )
-    made.filters |= filters
-    return made
+    environment.filters |= filters
+    return environment

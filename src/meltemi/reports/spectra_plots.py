@@ -42,7 +42,7 @@ def plot_spectra(
       channel: name of the channel.
       resolution: [Hz] see ``power_spectrum``; spectra have theirs.
       harmonics: that are marked.
-      rotor: [Hz] rotor frequency; by default the mean of all runs that tell it, which spectra do not.
+      rotor: [Hz] rotor frequency; by default the mean of all runs that have it; spectra do not.
       highest: [Hz] to which the figure reaches; a little above the last harmonic by default.
       ax: where to draw.
 
@@ -67,7 +67,7 @@ def plot_spectra(
     for i, (name, some) in enumerate(results.items()):
         each = [power_spectrum(run, channel, resolution=resolution) for run in runs[name]]
         spectrum = some if isinstance(some, PowerSpectrum) else average_spectra(each)
-        # at zero frequency stands what is left of the mean
+        # the density at zero frequency is the rest of the mean
         part = (spectrum.frequency > 0.0) & (spectrum.frequency <= highest)
         density = spectrum.density[part] * factor**2
         ax.semilogy(spectrum.frequency[part], density, linewidth=1.1, label=name, color=COLOURS[i % len(COLOURS)])

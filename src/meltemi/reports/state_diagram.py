@@ -9,13 +9,7 @@ from meltemi.core.errors import InputError, did_you_mean
 from meltemi.power_control import tables as power
 from meltemi.report.palette import FACES, FAINT, SOFT
 from meltemi.report.plots import new_figure
-from meltemi.supervisor.tables import (
-    GROUPS,
-    STATES,
-    TRANSITIONS,
-    YAW_STATES,
-    YAW_TRANSITIONS,
-)
+from meltemi.supervisor.tables import GROUPS, STATES, TRANSITIONS, YAW_STATES, YAW_TRANSITIONS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -67,19 +61,16 @@ def plot_states(machine: str = "operation") -> Figure:
     return _draw(places, [state.name for state in states], _merged(transitions), size)
 
 
-def _words(t: Transition | Transition) -> str:
-    return " and ".join(name.replace("_", " ") for name in t.conditions)
-
-
-def _merged(transitions: tuple[Transition, ...] | tuple[Transition, ...]) -> dict[tuple[str, str], list[str]]:
+def _merged(transitions: tuple[Transition, ...]) -> dict[tuple[str, str], list[str]]:
     """Labels of all transitions from a state, or from the group of running states, to another."""
-    found: dict[tuple[str, str], list[str]] = {}
+    labels: dict[tuple[str, str], list[str]] = {}
     for t in transitions:
         running = {*GROUPS["running"]} <= {*t.sources}
         others = [name for name in t.sources if name not in GROUPS["running"]]
+        conditions = " and ".join(name.replace("_", " ") for name in t.conditions)
         for source in ["running", *others] if running else t.sources:
-            found.setdefault((source, t.target), []).append(_words(t))
-    return found
+            labels.setdefault((source, t.target), []).append(conditions)
+    return labels
 
 
 def _draw(

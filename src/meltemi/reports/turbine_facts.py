@@ -6,7 +6,8 @@ import math
 
 from meltemi.analyses.modes import Mode
 from meltemi.report import tables
-from meltemi.reports.portrait import Portrait, PowerPortrait, masses
+from meltemi.report.tables import Rows
+from meltemi.reports.turbine_overview import PowerTurbineOverview, TurbineOverview, masses
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
@@ -18,11 +19,11 @@ FIRST = (
 """Modes of the machine among the facts, and their coordinates; the generator's speed is held."""
 
 
-def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
+def turbine_facts(overview: TurbineOverview | PowerTurbineOverview) -> Groups:
     """Groups of names and values, without quantities that could not be computed."""
-    if isinstance(seen, PowerPortrait):
-        return _power_facts(seen)
-    t = seen.turbine
+    if isinstance(overview, PowerTurbineOverview):
+        return _power_facts(overview)
+    t = overview.turbine
     n, d, torque, pitch = t.nacelle, t.drivetrain, t.control.torque, t.control.pitch
     reference, swept = t.rated_rotor_speed, math.pi * t.rotor_radius**2
     kg = masses(t)
@@ -37,14 +38,14 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
         ("specific power", f"{number(t.rated_power / swept)} W/m²"),
     ]
     operation = _operation(t, reference)
-    if seen.rated:
-        operation.insert(3, ("rated wind", f"{seen.rated.wind.speed:.2f} m/s, uniform"))
-    if seen.curve:
-        most = max(seen.curve, key=lambda p: p["rotor_aero_thrust"])
+    if overview.rated:
+        operation.insert(3, ("rated wind", f"{overview.rated.wind.speed:.2f} m/s, uniform"))
+    if overview.curve:
+        most = max(overview.curve, key=lambda p: p["rotor_aero_thrust"])
         force, wind = number(most["rotor_aero_thrust"] / 1e3), most.wind.speed
         operation.append(("largest thrust", f"{force} kN at {wind:.1f} m/s"))
-    if seen.best:
-        best, ratio, angle = seen.best
+    if overview.best:
+        best, ratio, angle = overview.best
         operation.append(("largest C_p", f"{best:.3f} at λ {ratio:g}, {_degrees(angle)}"))
     drive = [
         ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
@@ -61,14 +62,14 @@ def turbine_facts(seen: Portrait | PowerPortrait) -> Groups:
     groups.append(("Mass", weights))
     if words := getattr(t.platform, "line_words", ""):
         groups.append(("Mooring", [("lines", words)]))
-    if frequencies := _frequencies(seen):
+    if frequencies := _frequencies(overview):
         groups.append(("Frequency at rest", frequencies))
     return groups
 
 
-def _power_facts(seen: PowerPortrait) -> Groups:
+def _power_facts(overview: PowerTurbineOverview) -> Groups:
     """Main data of a power-coefficient turbine."""
-    t, p = seen.turbine, seen.performance
+    t, p = overview.turbine, overview.performance
     d, law, pitch = t.drivetrain, t.control.torque, t.control.pitch
     reference, swept = t.rated_rotor_speed, math.pi * t.rotor_radius**2
     stored = 0.5 * d.inertia * reference**2
@@ -81,7 +82,7 @@ def _power_facts(seen: PowerPortrait) -> Groups:
         ("largest C_p", f"{p.power[i, j]:.3f} at λ {number(float(p.tip_speed_ratio[i]))}, {_degrees(p.pitch[j])}"),
     ]
     operation = _operation(t, reference)
-    if pitched := [point for point in seen.curve or () if point.pitch > pitch.minimum + 1e-3]:
+    if pitched := [point for point in overview.curve or () if point.pitch > pitch.minimum + 1e-3]:
         operation.append(("rated wind", f"{pitched[0].wind.speed:.2f} m/s, uniform"))
     drive = [
         ("gear ratio", "1, direct drive" if d.gear_ratio == 1.0 else number(d.gear_ratio)),
@@ -114,12 +115,12 @@ def _control(turbine: AnyTurbine) -> list[tuple[str, str]]:
     ]
 
 
-def fact_rows(seen: Portrait | PowerPortrait) -> list[list[str]]:
+def fact_rows(overview: TurbineOverview | PowerTurbineOverview) -> list[list[str]]:
     """Rows of :func:`turbine_facts`: group, named once, name and value."""
-    return [[name if i == 0 else "", *row] for name, facts in turbine_facts(seen) for i, row in enumerate(facts)]
+    return [[name if i == 0 else "", *row] for name, facts in turbine_facts(overview) for i, row in enumerate(facts)]
 
 
-def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
+def mode_rows(modes: tuple[Mode, ...]) -> Rows:
     """Header and rows of natural modes."""
     rows = [
         [str(i + 1), mode.participation(), number(mode.frequency / (2.0 * math.pi)), number(100.0 * mode.damping)]
@@ -128,19 +129,19 @@ def mode_rows(modes: tuple[Mode, ...]) -> tuple[list[str], list[list[str]]]:
     return ["mode", "coordinates that move most", "Hz", "damping %"], rows
 
 
-def _frequencies(seen: Portrait) -> list[tuple[str, str]]:
+def _frequencies(overview: TurbineOverview) -> list[tuple[str, str]]:
     """First frequencies: of the turbine if its modes are known, otherwise of the clamped blade."""
-    found = []
+    rows = []
     for name, coordinate in FIRST:
-        moving = [m for m in seen.modes or () if coordinate in m.coordinates]
+        moving = [m for m in overview.modes or () if coordinate in m.coordinates]
         if moving:  # the mode with the largest share of its energy in it
             mode = max(moving, key=lambda m: m.energy[m.coordinates.index(coordinate)] / m.energy.sum())
-            found.append((name, f"{number(mode.frequency / (2.0 * math.pi))} Hz"))
-    if seen.blade:
-        for name, frequency in zip(seen.blade.names, seen.blade.modes.frequency, strict=True):
+            rows.append((name, f"{number(mode.frequency / (2.0 * math.pi))} Hz"))
+    if overview.blade:
+        for name, frequency in zip(overview.blade.names, overview.blade.modes.frequency, strict=True):
             if name.startswith("1st"):
-                found.append((f"blade {name[4:]}", f"{number(float(frequency) / (2.0 * math.pi))} Hz, clamped"))
-    return found
+                rows.append((f"blade {name[4:]}", f"{number(float(frequency) / (2.0 * math.pi))} Hz, clamped"))
+    return rows
 
 
 def number(value: float) -> str:

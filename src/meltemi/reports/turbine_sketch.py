@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, FAINT, INK, SHADE, SOFT
 from meltemi.report.plots import corner
-from meltemi.reports.portrait import Portrait
 from meltemi.reports.turbine_facts import turbine_facts
+from meltemi.reports.turbine_overview import TurbineOverview
 from meltemi.turbine.definition import Airfoil, Turbine
 
 if TYPE_CHECKING:
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 
-def sketch(ax: Axes, seen: Portrait) -> None:
+def sketch(ax: Axes, overview: TurbineOverview) -> None:
     """Scale drawing of the turbine, front and side view: undeflected rotor at zero pitch."""
     from matplotlib.patches import Polygon, Rectangle
 
-    t = seen.turbine
+    t = overview.turbine
     n, R, hub = t.nacelle, t.rotor_radius, t.hub_height
     side = 1.75 * R + n.overhang
     for centre in (0.0, side):
@@ -119,12 +119,12 @@ def _arrow(ax: Axes, begin: tuple[float, float], end: tuple[float, float], text:
     ax.text(*at, text, fontsize=8, color=SOFT, ha="center", va="center", rotation=90 if beside else 0, bbox=box)
 
 
-def facts(ax: Axes, seen: Portrait) -> None:
+def facts(ax: Axes, overview: TurbineOverview) -> None:
     """Main data in two columns."""
     from meltemi.report.figure import grouped
 
     ax.set_axis_off()
-    groups = turbine_facts(seen)
+    groups = turbine_facts(overview)
     half = sum(len(rows) + 1.6 for _, rows in groups) / 2.0
     step, y, x = 1.0 / (half + 2.5), 1.0, 0.0
     for name, rows in groups:

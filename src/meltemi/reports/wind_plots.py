@@ -102,19 +102,22 @@ def plot_hub(box: WindBox, turbine: AnyTurbine | None = None) -> Figure:
     Raises:
       InputError: the hub lies outside the field.
     """
-    found = field_statistics(box, _hub(box, turbine))
+    statistics = field_statistics(box, _hub(box, turbine))
     time = _passing(box)
     figure, axes = new_figure(3, size=(9.0, 5.6))
     for c, (name, ax) in enumerate(zip(COMPONENTS, axes[:, 0], strict=True)):
-        mean, std = float(found.mean[found.row, found.column, c]), float(found.std[found.row, found.column, c])
+        mean, std = (
+            float(statistics.mean[statistics.row, statistics.column, c]),
+            float(statistics.std[statistics.row, statistics.column, c]),
+        )
         ax.axhspan(mean - std, mean + std, color=COLOURS[c], alpha=0.13, linewidth=0.0)
-        ax.plot(time, box.velocity[:, found.row, found.column, c], linewidth=0.7, color=COLOURS[c])
+        ax.plot(time, box.velocity[:, statistics.row, statistics.column, c], linewidth=0.7, color=COLOURS[c])
         ax.axhline(mean, color=INK, linewidth=0.9)
         panel(ax, NAMES[name], "m/s")
         heading(ax, f"mean {_clean(mean):.2f} m/s, standard deviation {std:.2f} m/s", "right", 8)
     axes[-1, 0].set_xlim(time[0], time[-1])
     axes[-1, 0].set_xlabel("time [s]")
-    _title(figure, box.label, f", at {found.height:.1f} m")
+    _title(figure, box.label, f", at {statistics.height:.1f} m")
     return figure
 
 
@@ -214,11 +217,11 @@ def plot_coherence(
         wanted = separations if separations is not None else [max(s * size, step) for s in SHARES]
         targets: dict[float, Float] = {}
         for c, (name, ax) in enumerate(zip(COMPONENTS, axes[row], strict=True)):
-            found = wind_coherence(box, name, wanted, direction=direction, per_decade=6)  # type: ignore[arg-type]
-            for i, r in enumerate(found.separation):
+            measured = wind_coherence(box, name, wanted, direction=direction, per_decade=6)  # type: ignore[arg-type]
+            for i, r in enumerate(measured.separation):
                 colour = COLOURS[i % len(COLOURS)]
                 look: dict[str, Any] = {"color": colour, "linewidth": 1.3, "marker": "o", "markersize": 2.5}
-                ax.plot(found.f, found.coherence[i], **look, label=f"{r:.3g} m")
+                ax.plot(measured.f, measured.coherence[i], **look, label=f"{r:.3g} m")
                 if target is not None:
                     if r not in targets:
                         apart = (r, 0.0) if direction == "lateral" else (0.0, r)
@@ -315,15 +318,15 @@ def plot_profile(
     figure, axes = new_figure(1, 3 if field else 2, size=(12.0 if field else 8.0, 4.2), share=False)
     speed_panel, direction_panel = axes[0, 0], axes[0, 1]
     if isinstance(wind, WindBox):
-        found = field_statistics(wind, _hub(wind, turbine))
-        z = wind.bottom + wind.dz * np.arange(len(found.mean))
-        mean = found.mean.mean(axis=1)
+        statistics = field_statistics(wind, _hub(wind, turbine))
+        z = wind.bottom + wind.dz * np.arange(len(statistics.mean))
+        mean = statistics.mean.mean(axis=1)
         speed, direction = np.hypot(mean[:, 0], mean[:, 1]), wind.direction - np.arctan2(mean[:, 1], mean[:, 0])
-        each = np.hypot(found.mean[..., 0], found.mean[..., 1])
+        each = np.hypot(statistics.mean[..., 0], statistics.mean[..., 1])
         speed_panel.fill_betweenx(z, each.min(axis=1), each.max(axis=1), color=COLOURS[0], alpha=0.2, linewidth=0.0)
         intensity_panel = axes[0, 2]
         for c, name in enumerate(COMPONENTS):
-            share = 100.0 * found.intensity[..., c]
+            share = 100.0 * statistics.intensity[..., c]
             look: dict[str, Any] = {"color": COLOURS[c], "alpha": 0.2, "linewidth": 0.0}
             intensity_panel.fill_betweenx(z, share.min(axis=1), share.max(axis=1), **look)
             intensity_panel.plot(share.mean(axis=1), z, color=COLOURS[c], label=name)
@@ -341,7 +344,7 @@ def plot_profile(
                 dy=wind.width,
                 dz=wind.dz,
                 bottom=wind.bottom,
-                hub_height=min(max(turbine.hub_height if turbine else found.height, wind.bottom), wind.top),
+                hub_height=min(max(turbine.hub_height if turbine else statistics.height, wind.bottom), wind.top),
             )
             wanted = mean_profile(target, described)
             speed_panel.plot(np.hypot(wanted[:, 0], wanted[:, 1]), z, label="target", zorder=3, **TARGET)

@@ -13,25 +13,7 @@ from jinja2 import Template
 
 from meltemi.core.extras import need
 from meltemi.core.files import bytes_of, replacing
-from meltemi.reports.blocks import (
-    Beside,
-    Block,
-    Cell,
-    Chart,
-    Choice,
-    Code,
-    Document,
-    Drawing,
-    Facts,
-    Folded,
-    Marked,
-    Part,
-    Picture,
-    Statistics,
-    Table,
-    Verdict,
-    words,
-)
+from meltemi.reports import blocks
 from meltemi.reports.chart_figures import chart_figure, grid_figures, statistics_charts
 from meltemi.reports.drawing import figure_of
 from meltemi.reports.rendering import templates
@@ -42,12 +24,12 @@ if TYPE_CHECKING:
 WIDTH, SMALL, MANY = 257.0, 7, 12
 """[mm] between the margins of A4 landscape; size [pt] of tables, and columns above which it is smaller."""
 DOTS = 150
-"""Of pictures, an inch."""
+"""Dots per inch of pictures."""
 PAGE = '<w:fldSimple xmlns:w="http://schemas.openxmlformats.org/wordprocessingml/2006/main" w:instr="PAGE"/>'
 """Field of the number of a page."""
 
 
-def write_word(path: str | Path, document: Document) -> Path:
+def write_word(path: str | Path, document: blocks.Document) -> Path:
     """Write a document as a Word file: A4 landscape, tables with repeated heads, charts as pictures.
 
     Raises:
@@ -58,7 +40,7 @@ def write_word(path: str | Path, document: Document) -> Path:
     path, word = Path(path), docx.Document()
     _layout(word, document.running or document.title)
     word.add_heading(document.title, 0)
-    _add(word, Table(["", ""], document.facts, text_columns=2))
+    _add(word, blocks.Table(["", ""], document.facts, text_columns=2))
     if document.lead:
         _add(word, document.lead)
     for section in document.sections:
@@ -84,89 +66,89 @@ def _layout(word: Any, running: str) -> None:
     foot._p.append(import_module("docx.oxml").parse_xml(PAGE))
 
 
-def _add(word: Any, block: Block) -> None:  # noqa: C901 - a case for each kind of block
+def _add(word: Any, block: blocks.Block) -> None:  # noqa: C901 - a case for each kind of block
     """Append a block."""
     match block:
         case str():
             word.add_paragraph(block)
-        case Code():
+        case blocks.Code():
             word.add_paragraph(block.text, style="No Spacing")
-        case Table():
+        case blocks.Table():
             _add_table(word, block)
-        case Picture():
+        case blocks.Picture():
             content = block.png if isinstance(block.png, bytes) else bytes_of(block.png)
             word.add_picture(BytesIO(content), width=import_module("docx.shared").Mm(WIDTH))
             word.add_paragraph(block.caption, style="Caption")
-        case Chart() | Drawing() | Statistics():
+        case blocks.Chart() | blocks.Drawing() | blocks.Statistics():
             _add_pictures(word, [block])
-        case Facts():
+        case blocks.Facts():
             rows = [[name, f"{value}{case or ''}"] for name, value, case in block.items]
-            _add_table(word, Table(["", ""], rows, text_columns=2))
-        case Verdict():
+            _add_table(word, blocks.Table(["", ""], rows, text_columns=2))
+        case blocks.VerdictBlock():
             word.add_heading(block.heading, 2)
             for line in block.lines:
                 word.add_paragraph(line, style="List Bullet")
             if block.more:
                 _add(word, block.more)
-        case Folded():
+        case blocks.Folded():
             word.add_paragraph(block.summary)
             _add(word, block.block)
-        case Part():
+        case blocks.Subsection():
             if block.heading:
                 word.add_heading(block.heading, 3)
             for each in block.content:
                 _add(word, each)
-        case Choice():
+        case blocks.PartChoice():
             charts = [each for part in block.parts for each in part.content]
-            if all(isinstance(each, Chart) for each in charts):
+            if all(isinstance(each, blocks.Chart) for each in charts):
                 _add_pictures(word, charts, block.label)
             else:
                 for part in block.parts:
                     _add(word, part)
-        case Beside():
-            pictures = [each for each in block.content if isinstance(each, Chart | Drawing)]
+        case blocks.Beside():
+            pictures = [each for each in block.content if isinstance(each, blocks.Chart | blocks.Drawing)]
             _add_pictures(word, pictures)
             for each in block.content:
                 if each not in pictures:
                     _add(word, each)
 
 
-def _add_pictures(word: Any, blocks: Sequence[Block], caption: str = "") -> None:
+def _add_pictures(word: Any, shown: Sequence[blocks.Block], caption: str = "") -> None:
     """Drawings and charts in a line, or many charts in rows, with a caption below."""
-    if not blocks:
+    if not shown:
         return
     shared, paragraph = import_module("docx.shared"), word.add_paragraph()
     paragraph.paragraph_format.keep_with_next = True
-    for figure in _figures(blocks):
+    for figure in _figures(shown):
         content = BytesIO()
         figure.savefig(content, format="png", dpi=DOTS)
         content.seek(0)
         paragraph.add_run().add_picture(content, width=shared.Mm(min(25.4 * figure.get_size_inches()[0], WIDTH)))
-    word.add_paragraph(caption or "; ".join(filter(None, map(_caption, blocks))), style="Caption")
+    word.add_paragraph(caption or "; ".join(filter(None, map(_caption, shown))), style="Caption")
 
 
-def _caption(block: Block) -> str:
-    if isinstance(block, Chart):
+def _caption(block: blocks.Block) -> str:
+    if isinstance(block, blocks.Chart):
         return f"{block.title}: {block.caption}".strip(": ")
-    return block.caption if isinstance(block, Drawing | Statistics) else ""
+    return block.caption if isinstance(block, blocks.Drawing | blocks.Statistics) else ""
 
 
-def _figures(blocks: Sequence[Block]) -> Iterator[Figure]:
+def _figures(shown: Sequence[blocks.Block]) -> Iterator[Figure]:
     """Figures of drawings and charts; those of many charts have several."""
-    charts = [each for each in blocks if isinstance(each, Chart)]
+    charts = [each for each in shown if isinstance(each, blocks.Chart)]
     straight = not any(each.polar for each in charts)
     if len(charts) > 1 and straight:
         yield from grid_figures(charts)
     else:
         yield from map(chart_figure, charts)
-    for block in blocks:
-        if isinstance(block, Statistics):
+    for block in shown:
+        if isinstance(block, blocks.Statistics):
             yield from grid_figures(list(statistics_charts(block)))
-        elif isinstance(block, Drawing):
+        elif isinstance(block, blocks.Drawing):
             yield figure_of(block)
 
 
-def _add_table(word: Any, table: Table) -> None:
+def _add_table(word: Any, table: blocks.Table) -> None:
     """A table; its XML is written at once, since cells of python-docx take milliseconds each."""
     if table.paper:
         word.add_paragraph(table.paper)
@@ -179,7 +161,7 @@ def _add_table(word: Any, table: Table) -> None:
     xml = _table_template().render(
         rows=[table.head, *rows] if has_head else rows,
         has_head=has_head,
-        widths=_widths([list(map(words, cells)) for cells in (table.head, *rows)]),
+        widths=_widths([list(map(blocks.words, cells)) for cells in (table.head, *rows)]),
         left=table.left(),
         size=2 * SMALL - (2 if len(table.head) > MANY else 0),
     )
@@ -189,10 +171,10 @@ def _add_table(word: Any, table: Table) -> None:
 
 @cache
 def _table_template() -> Template:
-    def is_bold(cell: Cell) -> bool:
-        return isinstance(cell, Marked) and cell.kind == "own"
+    def is_bold(cell: blocks.Cell) -> bool:
+        return isinstance(cell, blocks.Marked) and cell.kind == "own"
 
-    return templates(words=words, is_bold=is_bold).get_template("table.xml")
+    return templates(words=blocks.words, is_bold=is_bold).get_template("table.xml")
 
 
 def _widths(rows: Sequence[Sequence[str]]) -> list[int]:

@@ -14,7 +14,7 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 GRAVITY = 9.80665
-"""[m/s^2]."""
+"""[m/s^2] gravitational acceleration."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class WaveComponents:
     """Wave components whose sum is a sea (H-1).
 
     Attributes:
-      frequency: (M,) [rad/s] above zero.
+      frequency: (M,) [rad/s] frequencies above zero.
       amplitude: (M,) [m] complex: modulus, and phase at the origin at time 0.
       direction: (M,) [rad] direction of travel, counter-clockwise from above from the x axis.
       period: [s] repeat period of the sum: all frequencies are multiples of 2 pi over it; None if it does not.

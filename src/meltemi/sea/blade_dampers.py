@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from meltemi.compiler import (
     Constant,
+    KernelRecord,
     Numbers,
-    Record,
     Rot,
     Rotations,
     Single,
@@ -64,21 +64,21 @@ SWEEPS = 3
 class Rider(Table, axes="damper"):
     """Constants of the masses, one for each blade that has the damper; spring and stops as in ``Mover``."""
 
-    mass: Numbers = number("kg", "of the damper")
-    stiffness: Numbers = number("N/m", "of the spring")
-    damping: Numbers = number("N s/m", "of the damper")
-    low: Numbers = number("m", "of the lower stop")
-    high: Numbers = number("m", "of the upper stop")
-    stop_stiffness: Numbers = number("N/m", "of the stops")
-    stop_damping: Numbers = number("N s/m", "of the stops")
-    span: Numbers = number("m", "from the blade root")
+    mass: Numbers = number("kg", "mass of the damper")
+    stiffness: Numbers = number("N/m", "stiffness of the spring")
+    damping: Numbers = number("N s/m", "damping coefficient of the damper")
+    low: Numbers = number("m", "displacement at the lower stop")
+    high: Numbers = number("m", "displacement at the upper stop")
+    stop_stiffness: Numbers = number("N/m", "stiffness of the stops")
+    stop_damping: Numbers = number("N s/m", "damping coefficient of the stops")
+    span: Numbers = number("m", "distance from the blade root")
     blade: Numbers = number("-", "index of the blade")
     node: Numbers = number("-", "index of the node that carries it")
     first: Numbers = number("-", "index of its first axis among those along which masses move")
     x: Numbers = number("-", "1 if it moves along the first axis")
     y: Numbers = number("-", "1 if it moves along the second axis")
-    arm: Vectors = xyz("m", "from the node to where it is at rest, undeformed, blade axes")
-    frame: Rotations = rotation("-", "its axes in those of the blade, undeformed")
+    arm: Vectors = xyz("m", "position of the mass at rest relative to the node, undeformed, blade axes")
+    frame: Rotations = rotation("-", "axes of the damper in those of the blade, undeformed")
 
 
 class RiderLoad(Table, axes="damper"):
@@ -87,7 +87,7 @@ class RiderLoad(Table, axes="damper"):
     free: Numbers = number("-", "1 when the mass moves; in steady operation it rests in the blade")
     begun: Numbers = number("-", "1 after the first step")
     applied: Numbers = number("-", "1 when the load is among those of the blade, after an evaluation")
-    force: Vectors = xyz("N", "of the mass on the blade, blade axes")
+    force: Vectors = xyz("N", "force of the mass on the blade, blade axes")
     place: Vectors = xyz("m", "mass from the rotor apex, blade axes")
 
     dampers: int
@@ -98,10 +98,10 @@ class Slide(Table, axes="slider"):
 
     position: Numbers = number("m", "state: displacement along the axis")
     velocity: Numbers = number("m/s", "state: its velocity, predicted")
-    acceleration: Numbers = number("m/s^2", "of the velocity")
+    acceleration: Numbers = number("m/s^2", "rate of the velocity")
     earlier: Numbers = number("m/s^2", "acceleration one step before")
     held: Numbers = number("m/s", "velocity at the begin of the step")
-    force: Numbers = number("N", "of spring, damper and stop on the blade along the axis")
+    force: Numbers = number("N", "force of spring, damper and stop on the blade along the axis")
 
     sliders: int
 
@@ -109,7 +109,9 @@ class Slide(Table, axes="slider"):
 class Swing(Table, axes="coordinate"):
     """Partial velocities of a mass."""
 
-    velocity: Vectors = xyz("- or m", "by coordinates below the blades, then those of its blade; axes of the damper")
+    velocity: Vectors = xyz(
+        "- or m", "partial velocities by coordinates below the blades, then by those of its blade; axes of the damper"
+    )
 
 
 class BladeDamperControl(Control):
@@ -286,7 +288,7 @@ def blade_damper_forces(t: float, m: BladeDamperSystem) -> None:
 @begin_parts_step.variant
 @kernel
 def _(dt: float, m: BladeDamperSystem) -> None:
-    """Same predictor as for the coordinates, so that masses move consistently with them."""
+    """Advance the masses with the predictor of the coordinates, so that they move consistently with them."""
     s, load = m.slide, m.rider_load
     for n in range(load.dampers):
         if load.begun[n] == 0.0:
@@ -371,8 +373,8 @@ class BladeDamperPart(Part):
       coordinates: number of those below the blades and of one blade.
     """
 
-    control: ClassVar[type[Record] | None] = BladeDamperControl
-    system: ClassVar[type[Record] | None] = BladeDamperSystem
+    control: ClassVar[type[KernelRecord] | None] = BladeDamperControl
+    system: ClassVar[type[KernelRecord] | None] = BladeDamperSystem
     signals: ClassVar[dict[str, type[Table]]] = {"slide": Slide, "rider_load": RiderLoad}
     rider: Float
     sliders: tuple[tuple[int, str, int], ...]
@@ -421,7 +423,7 @@ class BladeDamperPart(Part):
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> BladeDamperPart:
-    """The mass dampers in blades of a turbine; as ``simulation.parts.parts_of``.
+    """The mass dampers in blades of a turbine; arguments and errors as for ``simulation.parts.parts_of``.
 
     Raises:
       InputError: a damper is beyond the blade, in a blade that does not exist, or too soft for the rotation; or the

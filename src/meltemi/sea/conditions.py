@@ -23,7 +23,7 @@ class Sea(Record, Viewed):
     """Base of seas: level, current, and how the waves' kinematics continue to the surface."""
 
     level: float = Field(default=0.0, gt=-50.0, lt=50.0)
-    """[m; 0.05 to 12] of the still water above mean sea level: tide and surge."""
+    """[m; 0.05 to 12] level of the still water above mean sea level: tide and surge."""
     stretching: Stretching = "wheeler"
     """Kinematics above still water: none, and no load there; those at still water; their linear extrapolation; or all
     kinematics stretched to the surface (Wheeler)."""

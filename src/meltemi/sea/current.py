@@ -21,13 +21,13 @@ class Current(Record):
     """Velocity of the water without waves; its parts add up."""
 
     sub_surface: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m/s; 0.02 to 4] at still water; decreases with depth by the power law of exponent 1/7."""
+    """[m/s; 0.02 to 4] speed at still water; it decreases with depth by the power law of exponent 1/7."""
     near_surface: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m/s; 0.02 to 3] at still water, driven by the wind; decreases linearly to zero at ``reference_depth``."""
+    """[m/s; 0.02 to 3] speed at still water by the wind; it decreases linearly to zero at ``reference_depth``."""
     reference_depth: float = Field(default=20.0, gt=0.0)
     """[m; 2 to 100] depth of the near-surface current."""
     uniform: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m/s; 0.02 to 4] at all depths."""
+    """[m/s; 0.02 to 4] speed at all depths."""
     height: Vector | None = None
     """(K,) [m] heights of a table, from still water, increasing; constant beyond."""
     speed: Vector | None = None

@@ -20,7 +20,7 @@ Complex = NDArray[np.complex128]
 STEP, PHASE = 0.25, 1.0
 """Longest step [s] of a field, and largest phase [rad] of its fastest wave over a step (H-22)."""
 AHEAD, BEHIND = 1, 2
-"""Samples before and after an interval that the cubic interpolation takes."""
+"""Numbers of samples before and after an interval that the cubic interpolation uses."""
 MOST_BYTES = 2e9
 
 
@@ -31,7 +31,7 @@ class SeaField:
     Attributes:
       dt: [s] time between samples; the first is ``AHEAD`` samples before time 0.
       period: [s] repeat period, 1e30 if they do not.
-      elevation: (T,) [m] at the origin.
+      elevation: (T,) [m] elevation at the origin.
       velocity: (T, P, 2) [m/s] along x and y.
       acceleration: (T, P, 2) [m/s^2], including the factors of diffraction.
     """

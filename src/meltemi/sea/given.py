@@ -25,7 +25,7 @@ class ComponentSea(Sea):
     phase: Vector
     """(M,) [rad] phases at the origin at time 0: 0 is a crest."""
     direction: Vector | float = 0.0
-    """(M,) [rad] of travel, clockwise from above as that of the wind; or one for all."""
+    """(M,) [rad] directions of travel, clockwise from above as that of the wind; or one for all."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -70,7 +70,7 @@ class ElevationSea(Sea):
     time_step: float = Field(gt=0.0, le=5.0)
     """[s] time step of the elevation."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] of travel, clockwise from above as that of the wind."""
+    """[rad] direction of travel, clockwise from above as that of the wind."""
 
     @property
     def label(self) -> str:

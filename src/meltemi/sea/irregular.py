@@ -61,7 +61,7 @@ class IrregularSea(Sea):
     peak_factor: float | None = Field(default=None, ge=1.0, le=20.0)
     """Peak enhancement of JONSWAP [-; 1 to 7]; by default that of the IEC for height and period."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] of travel, clockwise from above as that of the wind."""
+    """[rad] direction of travel, clockwise from above as that of the wind."""
     spreading: Spreading | None = None
     """Spreading about the mean direction; by default all waves travel along it."""
     seed: int = Field(default=1, ge=0, lt=2**63)

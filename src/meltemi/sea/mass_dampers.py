@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from meltemi.compiler import Numbers, Record, Single, Table, Vec, View, kernel, number
+from meltemi.compiler import KernelRecord, Numbers, Single, Table, Vec, View, kernel, number
 from meltemi.core.errors import InputError
-from meltemi.core.record import Record as Described
+from meltemi.core.record import Record
 from meltemi.maths.vectors import cross
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.parts import Part, StateRows
@@ -35,12 +35,12 @@ from meltemi.turbine.exchange import TowerShape
 Float = NDArray[np.float64]
 FEATURE = "mass dampers"
 FAR = 1e9
-"""[m] of a stop that is not there."""
+"""[m] displacement at a stop where there is none."""
 LIVELY = 1.0
 """Largest angular frequency of a mass on its spring and stop times the time step."""
 
 
-class MassDamper(Described):
+class MassDamper(Record):
     """A mass that moves along axes of tower or blade against springs and dampers; its mass is not part of theirs."""
 
     height: float | None = Field(default=None, ge=0.0)
@@ -57,15 +57,15 @@ class MassDamper(Described):
     """Along which it moves: fore-aft, side-side, or both, in a blade flapwise and edgewise; it is carried along the
     others."""
     stiffness: float = Field(gt=0.0)
-    """[N/m; 10 to 1e6 at 100 m] of the spring along each axis."""
+    """[N/m; 10 to 1e6 at 100 m] stiffness of the spring along each axis."""
     damping: float = Field(default=0.0, ge=0.0)
-    """[N s/m; 1 to 1e6 at 100 m] of the damper along each axis."""
+    """[N s/m; 1 to 1e6 at 100 m] coefficient of the damper along each axis."""
     stops: tuple[float, float] | None = None
     """[m] displacements at the stops; none by default."""
     stop_stiffness: float = Field(default=0.0, ge=0.0)
-    """[N/m; 1e2 to 1e9] of a stop, besides the spring."""
+    """[N/m; 1e2 to 1e9] stiffness of a stop, besides the spring."""
     stop_damping: float = Field(default=0.0, ge=0.0)
-    """[N s/m] of a stop, while the mass moves into it."""
+    """[N s/m] damping coefficient of a stop, while the mass moves into it."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -85,18 +85,18 @@ class MassDamper(Described):
 class Mover(Table, axes="node"):
     """Constants of the masses, one entry for each axis along which one moves."""
 
-    mass: Numbers = number("kg", "that moves along the axis")
-    across: Numbers = number("kg", "that the tower carries along the other horizontal axis")
-    weight: Numbers = number("kg", "that the tower carries upwards: half of a mass with two axes")
+    mass: Numbers = number("kg", "mass that moves along the axis")
+    across: Numbers = number("kg", "mass that the tower carries along the other horizontal axis")
+    weight: Numbers = number("kg", "mass that the tower carries vertically: half of a mass with two axes")
     x: Numbers = number("-", "component of the axis along x")
     y: Numbers = number("-", "component of the axis along y")
-    stiffness: Numbers = number("N/m", "of the spring")
-    damping: Numbers = number("N s/m", "of the damper")
-    low: Numbers = number("m", "of the lower stop")
-    high: Numbers = number("m", "of the upper stop")
-    stop_stiffness: Numbers = number("N/m", "of the stops")
-    stop_damping: Numbers = number("N s/m", "of the stops")
-    height: Numbers = number("m", "above the tower base")
+    stiffness: Numbers = number("N/m", "stiffness of the spring")
+    damping: Numbers = number("N s/m", "damping coefficient of the damper")
+    low: Numbers = number("m", "displacement at the lower stop")
+    high: Numbers = number("m", "displacement at the upper stop")
+    stop_stiffness: Numbers = number("N/m", "stiffness of the stops")
+    stop_damping: Numbers = number("N s/m", "damping coefficient of the stops")
+    height: Numbers = number("m", "height above the tower base")
 
 
 class MoverState(Table, axes="node"):
@@ -104,11 +104,11 @@ class MoverState(Table, axes="node"):
 
     position: Numbers = number("m", "state: displacement along the axis")
     velocity: Numbers = number("m/s", "state: its velocity, predicted")
-    acceleration: Numbers = number("m/s^2", "of the velocity")
+    acceleration: Numbers = number("m/s^2", "rate of the velocity")
     earlier: Numbers = number("m/s^2", "acceleration one step before")
     held: Numbers = number("m/s", "velocity at the begin of the step")
     begun: Numbers = number("-", "1 after the first step")
-    force: Numbers = number("N", "of spring, damper and stop on the tower along the axis")
+    force: Numbers = number("N", "force of spring, damper and stop on the tower along the axis")
 
 
 class DamperControl(Control):
@@ -184,7 +184,7 @@ def damper_forces(t: float, m: DamperSystem) -> None:
 @begin_parts_step.variant
 @kernel
 def _(dt: float, m: DamperSystem) -> None:
-    """As the coordinates are predicted, so that masses move in step with them."""
+    """Advance the masses with the predictor of the coordinates, so that they move consistently with them."""
     s = m.mover_state
     for n in range(s.nodes):
         if s.begun[n] == 0.0:
@@ -247,8 +247,8 @@ def damper_section_loads(m: DamperSystem, s: Outputs) -> None:
 class DamperPart(Part):
     """The mass dampers of a model."""
 
-    control: ClassVar[type[Record] | None] = DamperControl
-    system: ClassVar[type[Record] | None] = DamperSystem
+    control: ClassVar[type[KernelRecord] | None] = DamperControl
+    system: ClassVar[type[KernelRecord] | None] = DamperSystem
     signals: ClassVar[dict[str, type[Table]]] = {"mover_state": MoverState}
     mover: Float
     mover_shape: Float
@@ -301,7 +301,7 @@ def check_step(turbine: Any, i: int, d: MassDamper, step: float | None) -> None:
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> DamperPart:
-    """The mass dampers of a turbine; as ``simulation.parts.parts_of``.
+    """The mass dampers of a turbine; arguments and errors as for ``simulation.parts.parts_of``.
 
     Raises:
       InputError: the time step is too long for a spring or stop.

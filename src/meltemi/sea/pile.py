@@ -19,8 +19,8 @@ from meltemi.compiler import (
     Array1,
     Array2,
     Constant,
+    KernelRecord,
     Numbers,
-    Record,
     Single,
     Table,
     Vec,
@@ -48,28 +48,28 @@ NONE, VERTICAL, EXTRAPOLATION, WHEELER = 0, 1, 2, 3
 """Stretching, in the order of ``sea.conditions.Stretching``."""
 
 
-class PileWater(Table):
+class PileWater(Table, title="water"):
     """The water around the pile."""
 
-    density: float = number("kg/m^3", "of the water")
-    depth: float = number("m", "of still water")
-    level: float = number("m", "of still water above mean sea level")
+    density: float = number("kg/m^3", "density of the water")
+    depth: float = number("m", "depth of still water")
+    level: float = number("m", "level of still water above mean sea level")
     stretching: float = number("-", "how the kinematics continue to the surface")
-    step: float = number("s", "between the samples of the field")
-    period: float = number("s", "after which the field repeats")
+    step: float = number("s", "interval between the samples of the field")
+    period: float = number("s", "period after which the field repeats")
 
 
 class PileNode(Table, axes="node"):
     """Constants of the pieces of the pile; they move with their middle."""
 
     height: Numbers = number("m", "middle of the piece above mean sea level")
-    low: Numbers = number("m", "its lower edge")
-    high: Numbers = number("m", "its upper edge")
-    mass: Numbers = number("kg", "of the piece")
-    lateral: Numbers = number("kg", "that moves sideways: with the water inside and the growth")
-    inertia: Vectors = xyz("kg m^2", "of the piece about its middle")
-    soil: Numbers = number("N/m", "stiffness of the soil around it")
-    soil_damping: Numbers = number("N s/m", "damping of the soil around it")
+    low: Numbers = number("m", "lower edge of the piece")
+    high: Numbers = number("m", "upper edge of the piece")
+    mass: Numbers = number("kg", "mass of the piece")
+    lateral: Numbers = number("kg", "mass that moves sideways, with the water inside and the growth")
+    inertia: Vectors = xyz("kg m^2", "moments of inertia of the piece about its middle")
+    soil: Numbers = number("N/m", "stiffness of the soil around the piece")
+    soil_damping: Numbers = number("N s/m", "damping of the soil around the piece")
     drag: Numbers = number("m", "half the drag coefficient times the diameter")
     inertial: Numbers = number("m^2", "coefficient of the water's acceleration times the section")
     added: Numbers = number("m^2", "coefficient of added mass times the section")
@@ -78,7 +78,7 @@ class PileNode(Table, axes="node"):
 class PileLoad(Table, axes="node"):
     """Loads of the water on the pieces of the pile."""
 
-    force: Vectors = xyz("N", "of the water, without that of the piece's own acceleration, inertial axes")
+    force: Vectors = xyz("N", "force of the water without that of the piece's acceleration, inertial axes")
     added: Numbers = number("kg", "added mass")
 
 
@@ -92,9 +92,9 @@ class PileStationLoad(Table, axes="station"):
 class SeaState(Table):
     """The sea at the turbine, and its loads on the whole pile."""
 
-    elevation: float = number("m", "of the surface above still water at the pile's axis")
-    force: Vec = xyz("N", "of the water on the pile, with that of added mass and of the water inside")
-    moment: Vec = xyz("N m", "of this force about the axis at still water")
+    elevation: float = number("m", "elevation of the surface above still water at the pile's axis")
+    force: Vec = xyz("N", "force of the water on the pile, with added mass and the water inside")
+    moment: Vec = xyz("N m", "moment of this force about the axis at still water")
     reaction: Vec = xyz("N", "force of the ground on the pile at the mudline")
     reaction_moment: Vec = xyz("N m", "moment of the ground on the pile at the mudline")
 
@@ -274,8 +274,8 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
         cut = m.pile_stations[i]
         place = Vec(0.0, 0.0, cut)
         for k in range(shape.modes):
-            here = m.pile_station_shape.displacement[k, i]
-            place += q[k] * Vec(here.x, here.y, 0.0)
+            station = m.pile_station_shape.displacement[k, i]
+            place += q[k] * Vec(station.x, station.y, 0.0)
         out.force[i] = s.tower_station.force[0]
         out.moment[i] = s.tower_station.moment[0] + cross(base - place, s.tower_station.force[0])
         for n in range(node.nodes):
@@ -308,7 +308,7 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
 class PilePart(Part):
     """Pile of a model, in still water."""
 
-    system: ClassVar[type[Record] | None] = PileSystem
+    system: ClassVar[type[KernelRecord] | None] = PileSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         "sea": SeaState,
         "pile_load": PileLoad,
@@ -349,7 +349,7 @@ class PilePart(Part):
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> PilePart:
-    """The pile of a turbine; as ``simulation.parts.parts_of``."""
+    """The pile of a turbine; arguments and errors as for ``simulation.parts.parts_of``."""
     support: Support = turbine.support
     member, foot = rotor.tower, float(support.position[0])
     edges = pile.pile_edges(support)

@@ -25,7 +25,7 @@ from meltemi.structure.beam import (
 )
 from meltemi.structure.members import (
     BASE_MOTIONS,
-    Member,
+    ModalMember,
     NodeLayout,
     on_foundation,
     pick_modes,
@@ -58,7 +58,7 @@ def pile_beam(support: Support) -> Beam:
         heights += [growth.bottom, growth.top]
     for each in s.masses:
         heights += [each.height - each.length, each.height]
-    # twice, so that properties may be discontinuous there
+    # a repeated station, so that properties may be discontinuous there
     z = np.repeat(np.unique(np.clip(heights, foot, top)), 2)
     just = np.where(np.arange(len(z)) % 2, 1e-9, -1e-9) * (top - foot)
     inside = np.clip(z + just, foot, top)
@@ -127,7 +127,7 @@ class Springs:
     """Lateral springs of the soil along the pile.
 
     Attributes:
-      height: (N,) [m] above mean sea level.
+      height: (N,) [m] height above mean sea level.
       stiffness: (N,) [N/m] stiffness of the spring of each piece, along x and y.
       foot: (6, 6) stiffness under the foot.
     """
@@ -288,7 +288,7 @@ def supported_tower(
     layout: NodeLayout,
     *,
     given: bool = False,
-) -> Member:
+) -> ModalMember:
     """Modal member of pile and tower, from the foot of the pile.
 
     Its modes are the natural ones with the water around the pile; or the static deflections of the pile by unit
@@ -297,7 +297,7 @@ def supported_tower(
     stiffness (H-35).
 
     Args:
-      tip_mass ... given: as of ``tower_member``; the nodes are those of the tower, from its base.
+      tip_mass ... given: as for ``tower_member``; the nodes are those of the tower, from its base.
     """
     alone = tower_member(tower, counts, tip_mass, None, layout, given=given)
     beam = joined(pile_beam(support), tower_beam(tower))
@@ -320,11 +320,12 @@ def supported_tower(
         natural = replace(natural, mass_alone=flat @ dry @ flat.T)
         wanted = {kind: (i, counts[key]) for i, (kind, key) in enumerate(zip(KINDS, counts, strict=True))}
         modes, names = pick_modes(natural, mesh, wanted)
-    kept = Member(tuple(names), modes, _damping(support, alone, mesh, modes, names, ground), second_order(modes), beam)
+    damping = _damping(support, alone, mesh, modes, names, ground)
+    kept = ModalMember(tuple(names), modes, damping, second_order(modes), beam)
     return on_foundation(kept, mesh, foundation)
 
 
-def _damping(support: Support, alone: Member, mesh: Mesh, modes: Modes, names: list[str], ground: Ground) -> Float:
+def _damping(support: Support, alone: ModalMember, mesh: Mesh, modes: Modes, names: list[str], ground: Ground) -> Float:
     """(k, k) generalised damping of tower, steel of the pile, and soil (H-35)."""
     lift, n = float(support.position[-1] - support.position[0]), len(alone.names)
     first, flat = first_frequency(modes), modes.shape.reshape(len(names), -1)
@@ -341,7 +342,7 @@ def _damping(support: Support, alone: Member, mesh: Mesh, modes: Modes, names: l
 
 
 def _on_top_of_pile(
-    tower: Member, mesh: Mesh, on_pile: int, ground: Ground, tip_mass: Float
+    tower: ModalMember, mesh: Mesh, on_pile: int, ground: Ground, tip_mass: Float
 ) -> tuple[Modes, list[str]]:
     """Shapes of a clamped tower on a pile, and static shapes of the pile for motions of its top that carry the tower.
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from meltemi.sea.conditions import Sea
 
 SHOWN = 300.0
-"""[s] of the series."""
+"""[s] length of the series that is drawn."""
 
 
 def plot_sea(sea: Sea, series: SeaSeries) -> Figure:

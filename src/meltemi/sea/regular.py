@@ -17,13 +17,13 @@ class RegularSea(Sea):
 
     kind: Literal["regular"] = "regular"
     height: float = Field(gt=0.0, lt=50.0)
-    """[m; 0.05 to 35] from trough to crest."""
+    """[m; 0.05 to 35] height from trough to crest."""
     period: float = Field(gt=0.5, lt=600.0)
     """[s; 2 to 40] wave period."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] of travel, clockwise from above as that of the wind."""
+    """[rad] direction of travel, clockwise from above as that of the wind."""
     phase: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] at the origin at time 0: 0 is a crest."""
+    """[rad] phase at the origin at time 0: 0 is a crest."""
 
     @property
     def label(self) -> str:

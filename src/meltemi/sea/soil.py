@@ -32,14 +32,14 @@ class Sand(Layer):
     friction_angle: float = Field(gt=0.3, lt=0.9)
     """[rad; 0.35 to 0.85] friction angle."""
     weight: float = Field(gt=0.0)
-    """[N/m^3; 5e3 to 1.4e4] submerged."""
+    """[N/m^3; 5e3 to 1.4e4] submerged weight."""
     modulus: float | None = Field(default=None, gt=0.0)
     """[N/m^3; 1e6 to 2e8] initial modulus of subgrade reaction; by default that of API for the friction angle below
     water."""
     cyclic: bool = True
 
     def reaction(self, y: Float, z: float, diameter: float, above: float) -> Float:
-        """[N/m] per length at deflections y [m] and a depth z [m] below the mudline (H-41).
+        """Reaction [N/m] per length at deflections y [m] and a depth z [m] below the mudline (H-41).
 
         Args:
           above: [N/m^2] effective weight of the layers above.
@@ -72,12 +72,12 @@ class Clay(Layer):
     strength: float = Field(gt=0.0)
     """[N/m^2; 2e3 to 6e5] undrained shear strength."""
     weight: float = Field(gt=0.0)
-    """[N/m^3; 3e3 to 1.3e4] submerged."""
+    """[N/m^3; 3e3 to 1.3e4] submerged weight."""
     strain: float = Field(default=0.01, gt=0.0, lt=0.2)
     """Strain at half the strength [-; 0.002 to 0.05]."""
 
     def reaction(self, y: Float, z: float, diameter: float, above: float) -> Float:
-        """[N/m] as of :meth:`Sand.reaction` (H-43); linear below a hundredth of the reference deflection."""
+        """Reaction [N/m] as for :meth:`Sand.reaction` (H-43); linear below a hundredth of the reference deflection."""
         ultimate = min(3.0 + above / self.strength + 0.5 * z / diameter, 9.0) * self.strength * diameter
         reference = 2.5 * self.strain * diameter
         x = np.abs(y) / reference
@@ -90,11 +90,11 @@ class Curve(Layer):
 
     kind: Literal["curve"] = "curve"
     deflection: Vector
-    """(K,) [m; 0.005 to 5] increasing from 0."""
+    """(K,) [m; 0.005 to 5] deflections increasing from 0."""
     load: Vector
-    """(K,) [N/m; 1e4 to 1e9] per length of the pile, from 0."""
+    """(K,) [N/m; 1e4 to 1e9] reactions per length of the pile, from 0."""
     weight: float = Field(default=1e4, gt=0.0)
-    """[N/m^3; 3e3 to 1.4e4] submerged."""
+    """[N/m^3; 3e3 to 1.4e4] submerged weight."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -105,7 +105,7 @@ class Curve(Layer):
         return self
 
     def reaction(self, y: Float, z: float, diameter: float, above: float) -> Float:
-        """[N/m] as of :meth:`Sand.reaction`."""
+        """Reaction [N/m] as for :meth:`Sand.reaction`."""
         return np.sign(y) * np.interp(np.abs(y), self.deflection, self.load)
 
 
@@ -113,18 +113,18 @@ class Soil(Record):
     """Layers along the embedded part of a pile, as lateral springs that are linear for a load of the case."""
 
     layers: tuple[Annotated[Sand | Clay | Curve, Field(discriminator="kind")], ...] = Field(min_length=1)
-    """From the mudline down; each reaches to the next."""
+    """Layers from the mudline down; each reaches to the next."""
     shear: float = 0.0
-    """[N; 1e4 to 5e8] at the mudline for which the springs are secants of the curves; 0 with moment 0: their initial
-    stiffness."""
+    """[N; 1e4 to 5e8] shear force at the mudline for which the springs are secants of the curves; 0 with moment 0:
+    their initial stiffness."""
     moment: float = 0.0
-    """[N m; 1e5 to 5e10] at the mudline, in the sense of a shear above it."""
+    """[N m; 1e5 to 5e10] moment at the mudline, in the sense of a shear force above it."""
     axial_stiffness: float = Field(default=1e10, gt=0.0)
-    """[N/m; 1e8 to 1e12] vertical, at the foot."""
+    """[N/m; 1e8 to 1e12] vertical stiffness at the foot."""
     torsion_stiffness: float = Field(default=1e12, gt=0.0)
-    """[N m/rad; 1e9 to 1e14] about the pile's axis, at the foot."""
+    """[N m/rad; 1e9 to 1e14] stiffness about the pile's axis at the foot."""
     damping: float = Field(default=0.0, ge=0.0, lt=0.3)
-    """Ratio of the first mode if all its stiffness were that of the soil [-; 0.001 to 0.15]."""
+    """Damping ratio of the first mode if all its stiffness were that of the soil [-; 0.001 to 0.15]."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -134,7 +134,7 @@ class Soil(Record):
         return self
 
     def secant(self, y: float, z: float, diameter: float) -> float:
-        """[N/m^2] reaction over deflection at |y| [m], at least 1e-5 of the diameter, and depth z [m]."""
+        """Reaction over deflection [N/m^2] at |y| [m], at least 1e-5 of the diameter, and depth z [m]."""
         above, layer = 0.0, self.layers[0]
         for layer, after in zip(self.layers, (*self.layers[1:], None), strict=True):
             below = math.inf if after is None else after.top

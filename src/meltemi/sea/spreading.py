@@ -18,7 +18,7 @@ class Spreading(Record):
     """Density of the energy over the direction: in proportion to cos^2s of the angle within a range."""
 
     exponent: float = Field(default=1.0, gt=0.0, le=200.0)
-    """s [-; 0.5 to 50]; the energy is the narrower the larger it is."""
+    """Exponent s [-; 0.5 to 50]: the larger it is, the narrower the range of directions."""
     width: float = Field(default=np.pi, gt=0.0, le=2.0 * np.pi)
     """[rad; 0.3 to 6.3] whole range of directions."""
     directions: int = Field(default=25, ge=3, le=361)

@@ -18,19 +18,19 @@ class PointMass(Record):
     """A flange, a platform, or a transition piece, on a short length of the pile."""
 
     height: float
-    """[m] of its upper end above mean sea level."""
+    """[m] height of the upper end above mean sea level."""
     mass: float = Field(gt=0.0)
     """[kg; 500 to 2e6] mass."""
     inertia: float = Field(default=0.0, ge=0.0)
-    """[kg m^2; 100 to 1e9] about a horizontal axis through its centre."""
+    """[kg m^2; 100 to 1e9] inertia about a horizontal axis through the centre."""
     yaw_inertia: float | None = Field(default=None, ge=0.0)
-    """[kg m^2] about the pile's axis; by default twice ``inertia``."""
+    """[kg m^2] inertia about the pile's axis; by default twice ``inertia``."""
     length: float = Field(default=0.5, gt=0.0)
-    """[m; 0.1 to 30] over which the mass is spread."""
+    """[m; 0.1 to 30] length over which the mass is spread."""
 
     @property
     def about_axis(self) -> float:
-        """[kg m^2] about the pile's axis."""
+        """Inertia [kg m^2] about the pile's axis."""
         return 2.0 * self.inertia if self.yaw_inertia is None else self.yaw_inertia
 
 
@@ -38,13 +38,13 @@ class Growth(Record):
     """Marine growth between two heights."""
 
     bottom: float
-    """[m] above mean sea level."""
+    """[m] lower end above mean sea level."""
     top: float
-    """[m] above mean sea level."""
+    """[m] upper end above mean sea level."""
     thickness: float = Field(gt=0.0, lt=1.0)
     """[m; 0.01 to 0.4] thickness of the growth."""
     density: float = Field(default=1325.0, gt=0.0)
-    """[kg/m^3; 900 to 1700] in air."""
+    """[kg/m^3; 900 to 1700] density in air."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -61,7 +61,7 @@ class Hydrodynamics(Record):
     added_mass: float | Vector = 1.0
     """Added-mass coefficient [-; 0.35 to 2] of the cylinder's acceleration."""
     pressure: float | Vector = 1.0
-    """[-; 0.35 to 2] by which the coefficient of the water's acceleration exceeds that of added mass."""
+    """Excess [-; 0.35 to 2] of the coefficient of the water's acceleration over that of added mass."""
     diffraction: Literal["none", "maccamy_fuchs"] = "none"
     """Inertia coefficient that depends on wave number times radius, for large diameters; then that of the description
     is of the current's drag and added mass only."""
@@ -71,27 +71,27 @@ class Support(Record):
     """A monopile, at stations from its foot to the tower base; steel in water."""
 
     depth: float = Field(gt=0.0, le=200.0)
-    """[m; 3 to 100] of the water at mean sea level."""
+    """[m; 3 to 100] depth of the water at mean sea level."""
     position: Vector
     """(S,) [m] heights above mean sea level, increasing, from the foot to the tower base; properties are linear in
     between."""
     diameter: Vector
     """(S,) [m; 1.8 to 12 at 100 m] outer diameter."""
     thickness: Vector
-    """(S,) [m; 0.01 to 0.15 at 100 m] of the wall."""
+    """(S,) [m; 0.01 to 0.15 at 100 m] thickness of the wall."""
     elastic_modulus: float = Field(default=210e9, gt=0.0)
     """[N/m^2; 1.8e11 to 2.3e11] Young's modulus."""
     shear_modulus: float = Field(default=80.8e9, gt=0.0)
     """[N/m^2; 7e10 to 9e10] shear modulus."""
     density: float = Field(default=7850.0, gt=0.0)
-    """[kg/m^3; 7000 to 9500] of the steel, with what is fixed to it all along."""
+    """[kg/m^3; 7000 to 9500] density of the steel, with fixtures along the pile."""
     shear_share: float = Field(default=0.5, gt=0.0, le=1.0)
     """Share of the section that carries shear [-; 0.4 to 1]: 0.5 for a thin tube (Cowper 1966)."""
     masses: tuple[PointMass, ...] = ()
     damping: float = Field(default=0.0, ge=0.0, lt=0.3)
-    """Ratio of the first mode if all its stiffness were that of the pile's steel [-; 0.001 to 0.1]."""
+    """Damping ratio of the first mode if all its stiffness were that of the pile's steel [-; 0.001 to 0.1]."""
     soil: Soil | None = None
-    """Springs along the embedded part; without them the foot is clamped, or on the springs of ``foundation``."""
+    """Soil along the embedded part as springs; without it the foot is clamped, or on the springs of ``foundation``."""
     hydrodynamics: Hydrodynamics = Hydrodynamics()
     water_density: float = Field(default=1025.0, gt=0.0)
     """[kg/m^3; 980 to 1060] density of the water."""

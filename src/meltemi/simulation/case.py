@@ -55,15 +55,15 @@ class Case:
     records of the same memory for kernels, ``one`` the system node by node, ``plain`` the system in plain floats.
 
     Args:
-      parts: of the run, besides those of the model: what the sea, or other turbines, do.
-      origin: (x, y) [m] of the turbine in the axes of the wind.
+      parts: parts of the run besides those of the model: the effects of the sea or of other turbines.
+      origin: (x, y) [m] position of the turbine in the axes of the wind.
       numbers: number type of the computation: "lanes" evaluates eight nodes of a blade at a time, "floats" one node at
         a time, "duals" with derivatives, which are in ``slopes`` by the names of the arrays.
 
     Attributes:
       model: the simulated model.
-      parts: those of model and run.
-      tables: of the signals, by their names.
+      parts: the parts of model and run.
+      tables: tables of the signals by name.
       signals: every quantity that a channel may record; views of one vector.
       aero_state: states of inflow and stall; views of one vector.
       arrays: all arrays by name.

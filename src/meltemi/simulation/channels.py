@@ -28,7 +28,7 @@ class Channel:
       description: meaning of the quantity.
       source: array of the case and row of the array.
       index: further indices of the array (blade, node or station).
-      wrap: whether it is an angle between 0 and 2 pi.
+      wrap: whether the channel is an angle between 0 and 2 pi.
       also: further names in OpenFAST.
     """
 
@@ -74,12 +74,12 @@ def _channel(row: tuple[str, ...], index: tuple[int, ...], **numbers: int) -> Ch
 
 
 @dataclass(frozen=True)
-class Contents:
+class ChannelSet:
     """What of a turbine has channels.
 
     Attributes:
       blades: number of blades.
-      nodes: of each blade; their channels are numbered from 1 at the root.
+      nodes: number of nodes of each blade; their channels are numbered from 1 at the root.
       blade_stations, tower_stations: number of additional stations with section loads.
       coordinates: names of the generalised coordinates; each has a channel, and so does its velocity.
       flaps: number of flaps of each blade.
@@ -104,27 +104,27 @@ def channels_of_group(group: str, count: int | None = None) -> tuple[Channel, ..
     return tuple(_channel(row, (n,), n=n) for n in range(1, count + 1) for row in _rows(group))
 
 
-def catalogue(contents: Contents = Contents()) -> dict[str, Channel]:
+def catalogue(contents: ChannelSet = ChannelSet()) -> dict[str, Channel]:
     """All channels of a turbine by name."""
-    found = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
+    channels = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
     for b in range(1, contents.blades + 1):
         for row in _rows("blade"):
             index = () if row[-1].startswith("demands.") else (b - 1,)
-            found.append(_channel(row, index, b=b))
+            channels.append(_channel(row, index, b=b))
         for f in range(1, contents.flaps + 1):
             for row in _rows("flap"):
                 place = () if row[-1].startswith("demands.") else (f - 1, b - 1)
-                found.append(_channel(row, place, b=b, f=f))
+                channels.append(_channel(row, place, b=b, f=f))
         for group, number in (("node", contents.nodes), ("station", contents.blade_stations)):
             for n in range(1, number + 1):
-                found += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows(group)]
-    found += channels_of_group("tower_station", contents.tower_stations)
+                channels += [_channel(row, (b - 1, n - 1), b=b, n=n) for row in _rows(group)]
+    channels += channels_of_group("tower_station", contents.tower_stations)
     for name in contents.coordinates:
         unit = unit_of_coordinate(name)
         if name != "yaw":  # yaw has its own channel
-            found.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
-        found.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
-    return {channel.name: channel for channel in found}
+            channels.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
+        channels.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
+    return {channel.name: channel for channel in channels}
 
 
 def unit_of_coordinate(name: str) -> str:
@@ -149,7 +149,7 @@ def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
     numbered = (*channels_of_group("pile_station", 1), *channels_of_group("line", 1))
     further = sum(map(channels_of_group, ("electrical", "disk", "sea", "platform")), numbered)
-    return catalogue(Contents(nodes=1, flaps=1, gears=(2, 3), further=further))
+    return catalogue(ChannelSet(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 
 @cache

@@ -512,7 +512,7 @@ def misplaced_events(events: Iterable[BaseEvent], log: Iterable[LogEntry], state
             moves.append((source, target, entry))
     first = moves[0][0] if moves else state
     left = next((entry for source, target, entry in moves if source in RUNNING and target not in RUNNING), None)
-    said = []
+    warnings = []
     for i, event in enumerate(events):
         now = next((target for _, target, entry in reversed(moves) if entry.time < event.at - 1e-9), first)
         word = event.request if isinstance(event, Request) else ""
@@ -521,8 +521,8 @@ def misplaced_events(events: Iterable[BaseEvent], log: Iterable[LogEntry], state
         useless = (word.endswith("_stop") and now in AT_REST) or (word == "start" and now in RUNNING)
         if useless or (stopped and word != "start"):
             why = f", which stopped at {left.time:.2f} s ({left.reason})" if left and left.time < event.at else ""
-            said.append(f"events.{i}: {event.what} at {event.at:g} s occurred in state {now!r}{why}")
-    return said
+            warnings.append(f"events.{i}: {event.what} at {event.at:g} s occurred in state {now!r}{why}")
+    return warnings
 
 
 def ignored(events: Iterable[BaseEvent]) -> list[str]:
@@ -560,8 +560,8 @@ def check_parts(event: BaseEvent, where: str, turbine: AnyTurbine) -> None:
     if blade is not None and blade > n_blades:
         raise InputError(f"{where}.blade: {turbine.name} has {n_blades} blades, found {blade}")
     if flap is not None and flap > n_flaps:
-        found = f"{where}.flap: there is no flap {flap}; {turbine.name} has {n_flaps or 'none'}"
-        raise InputError(f"{found} (meltemi.turbine.with_flaps adds them)")
+        message = f"{where}.flap: there is no flap {flap}; {turbine.name} has {n_flaps or 'none'}"
+        raise InputError(f"{message} (meltemi.turbine.with_flaps adds them)")
     sensor = getattr(event, "sensor", None)
     if sensor is not None and sensor not in (known := _sensors(n_blades, n_flaps)):
         raise InputError(f"{where}.sensor: {turbine.name} has no {sensor!r}; {did_you_mean(sensor, known)}")
@@ -586,8 +586,8 @@ def act(event: BaseEvent, case: Case, time: float, *, ended: bool) -> tuple[int,
 def _sensors(n_blades: int, n_flaps: int) -> list[str]:
     """Sensors of a turbine; the names of blade and flap sensors end in their numbers."""
 
-    def there(name: str) -> bool:
+    def exists(name: str) -> bool:
         *_, flap, blade = ("", *name.split("_"))
         return not blade.isdigit() or (int(blade) <= n_blades and not (flap.isdigit() and int(flap) > n_flaps))
 
-    return [name for name in f.SENSORS if there(name)]
+    return [name for name in f.SENSORS if exists(name)]

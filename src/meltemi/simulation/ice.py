@@ -43,13 +43,13 @@ def iced_polars(
     degree of attachment is that of the clean section.
 
     Args:
-      position: (n,) [m] of the nodes.
+      position: (n,) [m] distance of the nodes from the root.
       polars: (g, rows, columns) on the grid over the full circle; section: (g, constants); index: (n,).
 
     Returns:
       polars, constants and (blades, n) indices.
     """
-    found = np.repeat(index[None, :], turbine.n_blades, axis=0)
+    nearest = np.repeat(index[None, :], turbine.n_blades, axis=0)
     grid = np.linspace(-np.pi, np.pi, polars.shape[1])
     more, constants, iced = list(polars), list(section), index.copy()
     for i, share in enumerate(penalty_share(turbine, icing, position)):
@@ -66,5 +66,5 @@ def iced_polars(
         more.append(polar)
         constants.append(constant)
     for blade in icing.on(turbine.n_blades):
-        found[blade - 1] = iced
-    return np.stack(more), np.stack(constants), found
+        nearest[blade - 1] = iced
+    return np.stack(more), np.stack(constants), nearest

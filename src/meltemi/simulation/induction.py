@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.lifting_line import LiftingLine, LineAir
-from meltemi.compiler import Record, Table, by_record, hook, kernel, number
+from meltemi.compiler import KernelRecord, Table, by_record, hook, kernel, number
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.simulation.bladed.rotor import BladedRotor
 from meltemi.simulation.parts import Part, StateRows
@@ -73,11 +73,11 @@ class InductionPart(Part):
 
     Attributes:
       n_blades: number of blades.
-      line_ends: of ``LineAir``.
+      line_ends: ends of the lifting lines, see ``LineAir``.
     """
 
     replaces_momentum: ClassVar[bool] = True
-    system: ClassVar[type[Record] | None] = InductionSystem
+    system: ClassVar[type[KernelRecord] | None] = InductionSystem
     signals: ClassVar[dict[str, type[Table]]] = {"line": LiftingLine, "induction_time": InductionTime}
     n_blades: int
     line_ends: NDArray[np.float64]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, Protocol, 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Record, Table
+from meltemi.compiler import KernelRecord, Table
 from meltemi.control.actuators import Actuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
@@ -44,7 +44,7 @@ class Rotor(Protocol):
     """Interface of a kind of rotor to models and cases, including its tower and shaft.
 
     Attributes:
-      in_lanes: whether its nodes may be evaluated in lanes.
+      in_lanes: whether the nodes may be evaluated in lanes.
       system, sections: classes of the records of its kernels, for evaluations and for section loads.
       parameter_tables: table, array and names of the scalar parameters of a model.
       signals: tables of the arrays that channels may record, by array; q, v and a are additional.
@@ -53,12 +53,12 @@ class Rotor(Protocol):
     """
 
     in_lanes: ClassVar[bool]
-    sections: ClassVar[type[Record]]
+    sections: ClassVar[type[KernelRecord]]
     parameter_tables: ClassVar[ParameterTables]
     signals: ClassVar[dict[str, type[Table]]]
 
     @property
-    def system(self) -> type[Record]: ...
+    def system(self) -> type[KernelRecord]: ...
     @property
     def n_core(self) -> int: ...
     @property
@@ -106,7 +106,7 @@ class Model(Brief, Viewed, Generic[R]):
       coordinates: names of the generalised coordinates, in their order.
       locked ... actuators: arrays of the kernels, see the tables of their layers.
       rotor: blades and tower, or a disk with a power coefficient.
-      parts: what only some models have, such as an electrical system.
+      parts: further parts of the machine, such as an electrical system.
     """
 
     turbine: Any
@@ -192,22 +192,22 @@ class Model(Brief, Viewed, Generic[R]):
 
     def array(self, name: str) -> Float:
         """An array of the model, of its rotor or of a part."""
-        found: Float = next(getattr(each, name) for each in (self, self.rotor, *self.parts) if hasattr(each, name))
-        return found
+        array: Float = next(getattr(each, name) for each in (self, self.rotor, *self.parts) if hasattr(each, name))
+        return array
 
     def with_arrays(self, **changed: Float) -> Model[R]:
         """A model with some arrays replaced."""
         left = dict(changed)
 
         def changed_copy(of: Any, **more: Any) -> Any:
-            own = {field.name: left.pop(field.name) for field in fields(of) if field.name in left}
-            return replace(of, **own, **more) if own or more else of
+            replaced = {field.name: left.pop(field.name) for field in fields(of) if field.name in left}
+            return replace(of, **replaced, **more) if replaced or more else of
 
         parts = tuple(changed_copy(part) for part in self.parts)
         rotor = changed_copy(self.rotor)
-        found: Model[R] = changed_copy(self, rotor=rotor, parts=parts)
+        model: Model[R] = changed_copy(self, rotor=rotor, parts=parts)
         assert not left, f"no arrays {', '.join(left)}"
-        return found
+        return model
 
     def with_parameters(self, **values: float) -> Model[R]:
         """A model with some scalar parameters changed; dots in names are written as two underscores or
@@ -232,9 +232,9 @@ class Model(Brief, Viewed, Generic[R]):
 
     @cached_property
     def _hash(self) -> str:
-        found = fingerprint([getattr(self, field.name) for field in fields(self)])
-        assert found is not None, "models have records and arrays only"
-        return found
+        digest = fingerprint([getattr(self, field.name) for field in fields(self)])
+        assert digest is not None, "models have records and arrays only"
+        return digest
 
 
 def actuator_array(turbine: AnyTurbine, options: ModelOptions) -> Float:

@@ -33,9 +33,9 @@ class OperatingPoint(Brief):
 
     Attributes:
       wind: the steady wind.
-      rotor_speed: [rad/s].
-      pitch: [rad].
-      generator_torque: [N m].
+      rotor_speed: [rad/s] mean speed of the rotor.
+      pitch: [rad] mean pitch angle.
+      generator_torque: [N m] mean generator torque.
       imbalance: [N m] residual torque on the low-speed shaft; zero when the speed is free and an electrical
         system, if there is one, can supply the torque.
       q, v: coordinates and velocities with blade 1 up.
@@ -43,7 +43,7 @@ class OperatingPoint(Brief):
       revolution: (azimuths, states) q, v and aero in one row, at equal steps of the azimuth from 0.
       means: azimuthal averages of all signals.
       warnings: such as that the motion is unstable.
-      azimuth: [rad] of blade 1 at the start of a run.
+      azimuth: [rad] azimuth of blade 1 at the start of a run.
     """
 
     wind: SteadyWind
@@ -66,8 +66,8 @@ class OperatingPoint(Brief):
         """The wind, and the operation of the turbine in it, in engineering units."""
         wanted = ("rotor_speed", "pitch_1", "generator_power", "rotor_aero_thrust")
         known = [self.channels[name] for name in wanted if name in self.channels]
-        told = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
-        return {"wind_speed": f"{self.wind.speed:g} m/s", **told}
+        values = {c.name: f"{self[c.name] * c.display_unit[1]:.5g} {c.display_unit[0]}" for c in known}
+        return {"wind_speed": f"{self.wind.speed:g} m/s", **values}
 
     def put(self, case: Case, azimuth: float | None = None) -> None:
         """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""

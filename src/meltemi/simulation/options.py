@@ -100,7 +100,7 @@ class ModelOptions(Record):
     yaw: Literal["held", "free", "driven"] = "held"
     """The yaw bearing: held by its spring and damper, free, or driven by the controller's yaw rate."""
     nacelle_yaw: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] of the nacelle at the start, counter-clockwise."""
+    """[rad] yaw angle of the nacelle at the start, counter-clockwise."""
     drivetrain: Literal["two_mass", "quasi_static", "multibody"] = "two_mass"
     """Torsion of the drivetrain: one spring between rotor and generator; with the inertia of the gearbox's parts in
     quasi-static motion; or with all their degrees of freedom. The last two need ``drivetrain.gearbox``."""

@@ -42,7 +42,7 @@ SAMPLES = 12
 SWEEPS = 3
 """Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
 UNLIKE_SWEEPS = 3 * SWEEPS
-"""The same for blades that differ: a balance over one revolution, after revolutions in which the blades settle."""
+"""Sectors marched for blades that differ: a balance over one revolution, after revolutions in which they settle."""
 JACOBIAN_SAMPLES = 10
 PERTURBATION = 1e-3
 """[m or rad] perturbation of the coefficients for finite differences."""
@@ -64,9 +64,9 @@ def residuals_of(
     """Residuals of the equations of motion at consecutive instants of a motion.
 
     Args:
-      dt: [s] between the instants.
+      dt: [s] interval between the instants.
       motion: (3, instants, coordinates) coordinates, velocities and accelerations.
-      equations: of motion, ``step.equations``, by its address.
+      equations: the equations of motion, ``step.equations``, by address.
       m, one: the system, and the same node by node.
       core, blade: (instants, core), (instants, blades, modes) receive the residuals.
       lack: (2, blades, nodes) receives the sums of quasi-steady minus lagged induced velocity, normal and tangential.
@@ -118,7 +118,7 @@ class Orbit:
         self.core_c, self.core_s, self.blade_c, self.blade_s = self.groups(self.coefficients)
         self.core_c[0] = self.undeflected = self.case["q"][: self.core].copy()
         # individual deviations of the blades from it in the mean, for they differ if not all have ice
-        self.own = np.zeros((self.B, self.K))
+        self.deviation = np.zeros((self.B, self.K))
         self.azimuth = 0.0
         self.speed = self.pitch = self.torque = 0.0
         self.farthest, self.moved = np.inf, 0.0
@@ -160,7 +160,7 @@ class Orbit:
         angle = (azimuths[:, None] + blades)[..., None] * n
         c, s = np.cos(angle), np.sin(angle)
         arms = (len(azimuths), self.B * self.K)
-        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s + self.own).reshape(arms)
+        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s + self.deviation).reshape(arms)
         v[:, self.core :] = w * ((n * c) @ self.blade_s - (n * s) @ self.blade_c).reshape(arms)
         a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
         return result
@@ -169,8 +169,8 @@ class Orbit:
         """Residuals of the equations at consecutive azimuths: (azimuths, core), (azimuths, blades, modes).
 
         Args:
-          motion: (3, azimuths, coordinates), of :meth:`motion`.
-          dt: [s] between the azimuths; 0 holds inflow and stall.
+          motion: (3, azimuths, coordinates), as :meth:`motion` returns it.
+          dt: [s] interval between the azimuths; 0 holds inflow and stall.
         """
         case, n = self.case, motion.shape[1]
         core, blade = np.empty((n, self.core)), np.empty((n, self.B, self.K))
@@ -245,16 +245,16 @@ class Orbit:
         air = self.case.aero_state.vector
         state = air.copy()
         unknowns = self.unknowns()
-        found = [self.residuals(self.motion(azimuths), dt)]
+        residuals = [self.residuals(self.motion(azimuths), dt)]
         for j in self.free[unknowns]:
-            here = self.coefficients[j]
+            original = self.coefficients[j]
             self.coefficients[j] += PERTURBATION
             if dt:
                 air[:] = state
-            found.append(self.residuals(self.motion(azimuths), dt))
-            self.coefficients[j] = here
+            residuals.append(self.residuals(self.motion(azimuths), dt))
+            self.coefficients[j] = original
         air[:] = state
-        rows = self.projected(azimuths, *map(np.array, zip(*found, strict=True)))[:, unknowns]
+        rows = self.projected(azimuths, *map(np.array, zip(*residuals, strict=True)))[:, unknowns]
         try:
             self.correct[self.level] = np.asarray(np.linalg.inv((rows[1:] - rows[0]).T / PERTURBATION), dtype=float)
         except np.linalg.LinAlgError:
@@ -326,7 +326,7 @@ class Orbit:
                 return
             missing, lack, residuals = (np.mean(parts, axis=0) for parts in zip(*self.parts, strict=True))
             self.parts.clear()
-            self.own[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
+            self.deviation[:, self.free_blade] -= residuals[:, self.free_blade] @ self.mean_correction().T
         else:
             lack = lack.mean(axis=1, keepdims=True)
         lack = lack / SAMPLES
@@ -355,7 +355,7 @@ class Orbit:
         """March one more revolution, average all signals, and store the state with blade 1 up.
 
         Args:
-          azimuth, warnings: of the operating point.
+          azimuth, warnings: azimuth and warnings of the operating point.
         """
         case, B = self.case, self.B
         # approach azimuth 0 with the flow that belongs to it
@@ -363,14 +363,14 @@ class Orbit:
             self.sector()
         self.azimuth = 0.0
         step = self.step
-        means, made = np.zeros_like(case.signals.vector), 0.0
+        means, mean_torque = np.zeros_like(case.signals.vector), 0.0
         rows = []
         for i in range(B * SAMPLES):
             self.prescribe((i + 1) * step)
             self.equations(0.0, step / self.speed, case.system)
             case.control.drive.generator_torque = self.torque
             case.begin_parts()
-            made += float(case.control.drive.generator_torque) / (B * SAMPLES)
+            mean_torque += float(case.control.drive.generator_torque) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             rows.append(np.concatenate([case["q"], case["v"], case.aero_states()]))
@@ -388,7 +388,7 @@ class Orbit:
             pitch=self.pitch,
             generator_speed=self.speed * model.turbine.drivetrain.gear_ratio,
             generator_torque=self.torque,
-            imbalance=self.over_revolution + model.turbine.drivetrain.gear_ratio * (self.torque - made),
+            imbalance=self.over_revolution + model.turbine.drivetrain.gear_ratio * (self.torque - mean_torque),
             q=case["q"].copy(),
             v=case["v"].copy(),
             aero=aero,

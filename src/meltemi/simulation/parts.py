@@ -9,12 +9,12 @@ Reference: docs/development/parts.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from meltemi.compiler import Record, Table
+from meltemi.compiler import KernelRecord, Table
 from meltemi.core.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:
@@ -27,12 +27,12 @@ Place = tuple[str, int]
 
 
 @dataclass(frozen=True)
-class Variable:
+class LinearVariable:
     """A state, input or output of a linear model.
 
     Attributes:
       name, unit: name; SI unit.
-      value: of an input at the operating point.
+      value: value of an input at the operating point.
       moves: entries of a case, each with its change for a unit change of the state or input.
       shows: entry of a case with the value of an output, or with the derivative of a state.
     """
@@ -50,7 +50,7 @@ class StateRows:
 
     Attributes:
       array, derivative: names of the arrays.
-      names, units: of the states.
+      names, units: names and units of the states.
     """
 
     array: str
@@ -58,32 +58,32 @@ class StateRows:
     names: tuple[str, ...]
     units: tuple[str, ...]
 
-    def variables(self) -> list[Variable]:
+    def variables(self) -> list[LinearVariable]:
         """The states of a linear model."""
         each = enumerate(zip(self.names, self.units, strict=True))
-        return [Variable(name, unit, (((self.array, i), 1.0),), (self.derivative, i)) for i, (name, unit) in each]
+        return [LinearVariable(name, unit, (((self.array, i), 1.0),), (self.derivative, i)) for i, (name, unit) in each]
 
 
 class Part:
-    """Base of parts: nothing. A part is a frozen data class of the arrays that its records need.
+    """Base of parts, which does nothing. A part is a frozen data class of the arrays that its records need.
 
     Attributes:
       control: class of records that extends ``simulation.system.Control``, or None.
-      system: the same of the turbine's system.
+      system: class of the record of the turbine with this part.
       signals: arrays that channels may record, by their tables; states are among them, so that they are saved.
       parameter_tables: table, array and names of scalar parameters, as of a rotor.
-      replaces_momentum: whether it computes the induced velocities in place of the momentum balance.
+      replaces_momentum: whether the part computes the induced velocities in place of the momentum balance.
     """
 
     replaces_momentum: ClassVar[bool] = False
-    control: ClassVar[type[Record] | None] = None
-    system: ClassVar[type[Record] | None] = None
+    control: ClassVar[type[KernelRecord] | None] = None
+    system: ClassVar[type[KernelRecord] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
     parameter_tables: ClassVar[ParameterTables] = ()
 
     @property
     def shown(self) -> tuple[str, ...]:
-        """Names of its channels that a run records by default."""
+        """Names of the channels of the part that a run records by default."""
         return ()
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -95,17 +95,17 @@ class Part:
         return {}
 
     def begin(self, case: Any) -> None:
-        """Bring it into steady operation by evaluations of a case at the present motion, after ``step.begin_parts``."""
+        """Bring the part into steady operation at the present motion by evaluations, after ``step.begin_parts``."""
 
     def channels(self) -> Sequence[Channel]:
-        """What a run can record of it."""
+        """Channels that a run can record of the part."""
         return ()
 
     def states(self) -> Sequence[StateRows]:
         """States of linear models."""
         return ()
 
-    def inputs(self, case: Any, point: Any) -> dict[str, Variable]:
+    def inputs(self, case: Any, point: Any) -> dict[str, LinearVariable]:
         """Inputs of linear models by name, for a case at an operating point."""
         return {}
 
@@ -114,11 +114,11 @@ class Part:
         return []
 
     def why(self, case: Any) -> str:
-        """Why it ended a run, or nothing."""
+        """Reason for which the part ended a run, or nothing."""
         return ""
 
     def log(self, case: Any, time: float) -> list[LogEntry]:
-        """What happened to it in a case up to a time [s]."""
+        """Log of the part in a case up to a time [s]."""
         return []
 
 
@@ -136,11 +136,24 @@ GROUP = "meltemi.parts"
 """Entry points of such functions in other packages; ``extensions`` of a turbine names those that it has."""
 
 
+def numbers_of(table: Any, given: Mapping[str, float], where: str) -> Any:
+    """A table of numbers, all of which must be given.
+
+    Raises:
+      InputError: one is missing or unknown; ``where`` says where.
+    """
+    if missing := [name for name in table.names if name not in given]:
+        raise InputError(f"{where}: missing {', '.join(missing)}")
+    if unknown := [name for name in given if name not in table.names]:
+        raise InputError(f"{where}.{unknown[0]}: {did_you_mean(unknown[0], table.names)}")
+    return table.of(**given)
+
+
 def parts_of(turbine: Any, options: Any, rotor: Any) -> tuple[Part, ...]:
     """Parts of a turbine with a rotor.
 
     Raises:
-      InputError: one is not described, is not installed, or does not suit the turbine.
+      InputError: a part is not described, is not installed, or does not suit the turbine.
     """
     makers = [import_module(module).part_of for module, has in PARTS.items() if has(turbine, options)]
     makers += [_registered(name) for name in getattr(turbine, "extensions", ())]
@@ -162,9 +175,9 @@ def part_of_sea(sea: Any, model: Any, duration: float, origin: tuple[float, floa
 def _registered(name: str) -> Callable[[Any, Any, Any], Part]:
     from importlib.metadata import entry_points
 
-    found = entry_points(group=GROUP)
-    if name not in found.names:
-        known = did_you_mean(name, found.names) if found.names else "there are none"
+    registered = entry_points(group=GROUP)
+    if name not in registered.names:
+        known = did_you_mean(name, registered.names) if registered.names else "there are none"
         raise InputError(f"extensions.{name}: no installed package registers this part as {GROUP}: {known}")
-    make: Callable[[Any, Any, Any], Part] = found[name].load()
+    make: Callable[[Any, Any, Any], Part] = registered[name].load()
     return make

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,13 +31,14 @@ from meltemi.wind.turbulent import realised
 
 if TYPE_CHECKING:
     from meltemi.simulation.events import BaseEvent
-    from meltemi.simulation.scene.motion import Recorder
 
 
 MOST_STEPS, STEPS_A_SECOND = 200_000_000, 20_000
-"""Of a run, and of a usual machine."""
+"""Largest number of time steps of a run, and steps that a usual machine computes in a second."""
 MOST_OUTPUT = 16_000_000_000
-"""[bytes] of the samples of a run."""
+"""[bytes] largest size of the samples of a run."""
+SCENE = "meltemi.scene.motion"
+"""Module whose ``Recorder`` records what the view of a run needs."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +51,14 @@ class Events:
 
 
 @dataclass(frozen=True)
-class Plan:
+class RunPlan:
     """A checked run.
 
     Attributes:
-      model, stations, channels: what is simulated, and recorded.
-      parts: what acts on it besides its own parts.
-      recorder: of the view, if there is one.
-      events: what happens.
+      model, stations, channels: the simulated model, and what is recorded.
+      parts: parts of the run besides those of the model.
+      recorder: of the scene for the view, ``meltemi.scene.motion.Recorder``; None without a view.
+      events: events of the run.
       dt: [s] time step.
       n_steps, every_output: number of time steps, and of those between samples.
     """
@@ -65,14 +67,14 @@ class Plan:
     stations: Stations
     parts: tuple[Part, ...]
     channels: tuple[Channel, ...]
-    recorder: Recorder | None
+    recorder: Any
     events: Events
     dt: float
     n_steps: int
     every_output: int
 
 
-def planned(run: Run) -> Plan:
+def planned(run: Run) -> RunPlan:
     """Check all that needs neither the wind nor the controller of a run.
 
     Raises:
@@ -103,9 +105,7 @@ def planned(run: Run) -> Plan:
     chosen = choose(model, run.channels, stations, parts)
     recorder = None
     if run.view:
-        from meltemi.simulation.scene.motion import Recorder
-
-        recorder = Recorder(model, stations)
+        recorder = import_module(SCENE).Recorder(model, stations)
         stations = recorder.stations
     size = 8 * len(chosen) * (n_steps // every_output + 1)
     if size > MOST_OUTPUT:
@@ -121,7 +121,7 @@ def planned(run: Run) -> Plan:
             "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
             "or one of your own"
         )
-    return Plan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
+    return RunPlan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
 
 
 def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:
@@ -131,17 +131,17 @@ def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:
     from meltemi.simulation.events import check_dips, read_events, schedule
 
     events = read_events(given)
-    made = schedule(events, model.turbine, dt, n_steps)
+    table = schedule(events, model.turbine, dt, n_steps)
     if not model.has_electrical:
         check_dips(events)
-    return Events(events, made.rows, made.log)
+    return Events(events, table.rows, table.log)
 
 
-def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
+def wind_of(run: Run, plan: RunPlan) -> tuple[Wind, list[str]]:
     """The wind of a run as a field, and warnings about turbine, wind and events.
 
     Raises:
-      InputError: it does not cover the run.
+      InputError: the wind does not cover the run.
     """
     turbine, described = plan.model.turbine, run.wind() if callable(run.wind) else run.wind
     produces, yaw = not isinstance(run.start, Start), plan.model.options.nacelle_yaw
@@ -167,11 +167,12 @@ def wind_of(run: Run, plan: Plan) -> tuple[Wind, list[str]]:
     return wind, [*noticed, *unseen(wind, changing, run.duration, run.transient)]
 
 
-def controller_of(run: Run, plan: Plan, wind: Wind) -> tuple[Controller, int]:
+def controller_of(run: Run, plan: RunPlan, wind: Wind) -> tuple[Controller, int]:
     """The controller of a run, and the number of time steps between its calls.
 
     Raises:
-      InputError: it is none, turns a nacelle that the model holds, or its sample time does not fit the time step.
+      InputError: the object is not a controller, turns a nacelle that the model holds, or its sample time does not fit
+        the time step.
     """
     controller = run.controller(wind) if callable(run.controller) else run.controller
     controller = controller or BaselineController(plan.model.turbine)
@@ -212,8 +213,8 @@ def model_channels(
     model: Model[Any], stations: Stations | None = None, parts: Sequence[Part] = ()
 ) -> dict[str, Channel]:
     """All channels of a model, and of further parts of a run, by name."""
-    found = kind_of(model).channels(model, stations or Stations())
-    return found | {channel.name: channel for part in parts for channel in part.channels()}
+    channels = kind_of(model).channels(model, stations or Stations())
+    return channels | {channel.name: channel for part in parts for channel in part.channels()}
 
 
 def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: Sequence[Part] = ()) -> list[Channel]:
@@ -225,20 +226,20 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: S
     available = model_channels(model, stations, parts)
     if isinstance(names, str):
         raise InputError(f"channels must be a list of names, found the text {names!r}")
-    found: dict[str, Channel] = {}
+    chosen: dict[str, Channel] = {}
     whole = set(DEFAULT) <= set(names)
     for name in (*names, *(name for part in model.parts for name in part.shown if whole)):
         if name == "all":
-            found.update(available)
+            chosen.update(available)
             continue
         if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
             continue  # blade 3 of a two-bladed turbine, or blades of a power-coefficient turbine
         channel = kind_of(model).channel(name, model, available)
-        found[channel.name] = channel
+        chosen[channel.name] = channel
     for wanted, beginning in ((stations.blade, "station_"), (stations.tower, "tower_station_")):
-        if wanted and not any(name.startswith(beginning) for name in found):
-            found.update({name: c for name, c in available.items() if name.startswith(beginning)})
-    found.pop("time", None)
-    if not found:
+        if wanted and not any(name.startswith(beginning) for name in chosen):
+            chosen.update({name: c for name, c in available.items() if name.startswith(beginning)})
+    chosen.pop("time", None)
+    if not chosen:
         raise InputError("no channels to record")
-    return list(found.values())
+    return list(chosen.values())

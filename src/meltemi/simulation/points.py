@@ -38,14 +38,14 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
     """
     try:
         if start is None:
-            found = shared_point(model, wind)
+            initial_point = shared_point(model, wind)
         elif isinstance(start, OperatingPoint):
-            found = start
+            initial_point = start
         elif isinstance(model.rotor, BladedRotor) and start.coordinates is None and not start.velocities:
-            found = _parked(model, wind, start)
+            initial_point = _parked(model, wind, start)
         else:
             return _at_rest(start), ()
-        return found, found.warnings
+        return initial_point, initial_point.warnings
     except NotConverged as error:
         words = (f"the run begins undeflected, with an initial transient: {error}",)
         if isinstance(start, Start):
@@ -91,12 +91,12 @@ def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
 def _once(model: Model[Any], wind: Wind, kind: tuple[str, ...], make: Callable[[], OperatingPoint]) -> OperatingPoint:
     key = (model.content_hash(), steady_wind(wind, model.turbine.hub_height).content_hash(), *kind)
     with _LOCK:
-        found = _POINTS.get(key)
-        point = _POINTS[key] = found or Future()
+        cached = _POINTS.get(key)
+        point = _POINTS[key] = cached or Future()
         _POINTS.move_to_end(key)
         while len(_POINTS) > KEEP:
             _POINTS.popitem(last=False)
-    if found is None:
+    if cached is None:
         try:
             point.set_result(make())
         except BaseException as error:

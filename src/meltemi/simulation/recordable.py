@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from functools import cache
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.channels import DEFAULT, Channel, Contents, catalogue, channels_of_group, every_kind, find
+from meltemi.simulation.channels import DEFAULT, Channel, ChannelSet, catalogue, channels_of_group, every_kind, find
 from meltemi.simulation.openfast_only import why_missing
 
 
@@ -37,6 +37,6 @@ def recordable(names: Iterable[str], available: dict[str, Channel]) -> tuple[tup
 @cache
 def _of_any_turbine() -> frozenset[str]:
     """OpenFAST's names of channels that some turbine has, in lower case."""
-    many = catalogue(Contents(nodes=100, blade_stations=9, tower_stations=9))
+    many = catalogue(ChannelSet(nodes=100, blade_stations=9, tower_stations=9))
     every = (every_kind() | many | {c.name: c for c in channels_of_group("line", 30)}).values()
     return frozenset(name.lower() for channel in every for name in channel.names[1:])

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from meltemi.control.controller import LogEntry
     from meltemi.core.representation import Card
-    from meltemi.simulation.scene.record import Scene
 
 Float = NDArray[np.float64]
 
@@ -40,7 +39,7 @@ class Finding:
       value: largest value of its quantity in the whole run, SI.
       limit: largest allowed value.
       unit: unit of both.
-      time: [s] of the first violation.
+      time: [s] time of the first violation.
     """
 
     what: str
@@ -63,7 +62,7 @@ class Result(Shown, Viewed, Mapping[str, Float]):
     ``result.channel(name).unit``; ``result["time"]`` is the time, too.
 
     Attributes:
-      time: (T,) [s].
+      time: (T,) [s] instants of the samples.
       data: (T, C) one column per channel, SI.
       channels: the channels of the columns.
       status: outcome of the run.
@@ -78,7 +77,7 @@ class Result(Shown, Viewed, Mapping[str, Float]):
     status: Status = Status.OK
     message: str = ""
     meta: dict[str, Any] = field(default_factory=dict)
-    scene: Scene | None = field(default=None, repr=False)
+    scene: Any = field(default=None, repr=False)
 
     @property
     def names(self) -> list[str]:
@@ -146,7 +145,7 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         """The part after the initial transient, for statistics and equivalent loads.
 
         Raises:
-          InputError: it has no samples.
+          InputError: the result has no samples.
         """
         return self.after_transient.require_samples()
 
@@ -229,10 +228,10 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         return shown
 
     def span(self) -> str:
-        """Its beginning and end, as text."""
+        """Text with the beginning and end of the series."""
         return f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "empty"
 
     def __repr__(self) -> str:
         why = [self.message] if self.message else [str(finding) for finding in self.findings]
-        said = "".join(f"; {words}" for words in (*why, *self.warnings))
-        return f"<Result: {len(self.channels)} channels, {self.span()}, {self.status.name}{said}>"
+        remarks = "".join(f"; {words}" for words in (*why, *self.warnings))
+        return f"<Result: {len(self.channels)} channels, {self.span()}, {self.status.name}{remarks}>"

@@ -71,13 +71,13 @@ GROUP = "meltemi.rotors"
 @cache
 def _kind(turbine: Any) -> RotorKind:
     names = [each.__name__ for each in turbine.__mro__]
-    if own := [name for name in names if name in KINDS]:
-        found: RotorKind = import_module(KINDS[own[0]]).KIND
+    if builtin := [name for name in names if name in KINDS]:
+        kind: RotorKind = import_module(KINDS[builtin[0]]).KIND
     else:
         from importlib.metadata import entry_points
 
-        found = next(entry.load() for name in names for entry in entry_points(group=GROUP, name=name))
-    return found
+        kind = next(entry.load() for name in names for entry in entry_points(group=GROUP, name=name))
+    return kind
 
 
 def kind_of(model: Model[Any]) -> RotorKind:

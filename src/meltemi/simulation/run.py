@@ -33,7 +33,7 @@ class Run:
       wind: speed [m/s] of steady wind, or a wind: steady, a series, a turbulent wind, whose field is generated for the
         run, or such a field; or a function without arguments that returns it when the run is prepared. Many runs may
         share one ``WindBox``.
-      duration: [s].
+      duration: [s] simulated time.
       controller: by default the baseline controller with the turbine's settings; or a function of the wind that
         returns it.
       channels: names of the recorded channels, meltemi's or OpenFAST's; ``"all"`` among them records every channel.
@@ -48,7 +48,7 @@ class Run:
         default a stiff grid that takes all power.
       sea: the sea around the support of the turbine, or a part that acts on it; by default still water.
       other_wind: a part that adds to the wind, such as the wakes of other turbines.
-      origin: (x, y) [m] of the turbine in the axes of the wind.
+      origin: (x, y) [m] position of the turbine in the axes of the wind.
       transient: [s] initial transient, recorded, but excluded from statistics and equivalent loads.
       view: record the motion for the three-dimensional view (``meltemi view``), in ``result.scene``.
       partial: return the result of a run that ends early instead of raising; for ``simulate``: a batch reports it.

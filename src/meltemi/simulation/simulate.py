@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Kind, Record, View, compile_seconds, processor, versions
+from meltemi.compiler import KernelRecord, Kind, View, compile_seconds, processor, versions
 from meltemi.control import constant
 from meltemi.control.controller import Controller, LogEntry
 from meltemi.control.entry import CALLED_BACK
@@ -101,7 +101,7 @@ class Sink(Protocol):
     """Takes the samples that a run holds and sets ``clock.row`` to zero."""
 
     @property
-    def record(self) -> Record:
+    def record(self) -> KernelRecord:
         """Everything that this needs."""
 
     def __call__(self) -> None: ...
@@ -321,27 +321,27 @@ class Simulation:
 
     def warnings(self) -> list[str]:
         """Warnings up to now, which do not affect the status."""
-        found = [*self._noticed]
+        warnings = [*self._noticed]
         if self.controller.warnings is not None:
-            found += controller_warnings(self.controller, self.case.controller_state)
+            warnings += controller_warnings(self.controller, self.case.controller_state)
         if (state := int(self.case.view("demands")["operating_state"])) and self.events:
             from meltemi.simulation.events import misplaced_events
 
             states = import_module("meltemi.supervisor.tables").STATES
 
             happened = [event for event in self.events if event.at < self.time]
-            found += misplaced_events(happened, self.log(), states[state - 1].name.replace("_", " "))
-        return found + [str(Finding(**each)) for each in notices(self.case["watch"])]
+            warnings += misplaced_events(happened, self.log(), states[state - 1].name.replace("_", " "))
+        return warnings + [str(Finding(**each)) for each in notices(self.case["watch"])]
 
     @property
     def message(self) -> str:
         """Why the run has ended early or is doubtful; empty if neither."""
-        found = [str(Finding(**each)) for each in violations(self.case["watch"])]
+        messages = [str(Finding(**each)) for each in violations(self.case["watch"])]
         if not (status := self.status).complete:
             from meltemi.simulation.failure import explain
 
-            found = [explain(self.case, status, self.time, self.dt), *found]
-        return "; ".join(found)
+            messages = [explain(self.case, status, self.time, self.dt), *messages]
+        return "; ".join(messages)
 
     def result(self) -> Result:
         """Result up to now."""

@@ -18,7 +18,7 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.case import LEAST_BRAKE_SPEED, Case
 from meltemi.simulation.loop import Loop, loop_of
 from meltemi.simulation.operating_point import OperatingPoint
-from meltemi.simulation.plan import Plan, controller_of, first_point, wind_of
+from meltemi.simulation.plan import RunPlan, controller_of, first_point, wind_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.run import Run
@@ -59,7 +59,7 @@ class Started:
     begin: tuple[NDArray[np.float64], ...]
 
 
-def surroundings(run: Run, plan: Plan) -> Surroundings:
+def surroundings(run: Run, plan: RunPlan) -> Surroundings:
     """Wind, controller and start of a run.
 
     Raises:
@@ -69,13 +69,13 @@ def surroundings(run: Run, plan: Plan) -> Surroundings:
     controller, every_control = controller_of(run, plan, wind)
     try:
         start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
-    except InputError as error:  # what is implausible may be why
+    except InputError as error:  # an implausible value may be the cause
         raise InputError("; note: ".join([str(error), *noticed])) from None
     log = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))
     return Surroundings(wind, controller, every_control, start, (*noticed, *words), log)
 
 
-def bound(run: Run, plan: Plan, around: Surroundings, numbers: Kind) -> Case:
+def bound(run: Run, plan: RunPlan, around: Surroundings, numbers: Kind) -> Case:
     """The arrays of a run with its controller, and with what depends on its time step."""
     model, turbine, kind = plan.model, plan.model.turbine, kind_of(plan.model)
     case = Case(model, around.wind, plan.stations, numbers=numbers, grid=run.grid, parts=plan.parts, origin=run.origin)
@@ -91,7 +91,7 @@ def bound(run: Run, plan: Plan, around: Surroundings, numbers: Kind) -> Case:
 
 
 def started(
-    plan: Plan, around: Surroundings, case: Case, starting: Callable[[Case, bool], None] | None = None
+    plan: RunPlan, around: Surroundings, case: Case, starting: Callable[[Case, bool], None] | None = None
 ) -> Started:
     """The case at the start of the run; ``starting``: see :class:`Simulation`."""
     start, unsettled = around.start, isinstance(around.start, Start)
@@ -121,7 +121,7 @@ def started(
     return Started(case, moving, tuple(array.copy() for array in moving))
 
 
-def compiled(plan: Plan, started: Started, held_steps: int, numbers: Kind) -> Loop:
+def compiled(plan: RunPlan, started: Started, held_steps: int, numbers: Kind) -> Loop:
     """The time loop of the run, with room for the samples of some of its time steps."""
     case = started.case
     places = np.array([case.place(channel) for channel in plan.channels], dtype=np.int64)

@@ -34,11 +34,11 @@ class Start:
 
     Attributes:
       rotor_speed: [rad/s]; ``"idling"`` is the speed at which the mean torque balances.
-      pitch: [rad] of all blades.
-      generator_torque: [N m].
+      pitch: [rad] pitch angle of all blades.
+      generator_torque: [N m] generator torque.
       coordinates, velocities: by the names in ``Model.coordinates``, in m, rad, m/s and rad/s; those of a platform are
         also ``platform_surge`` to ``platform_yaw``, as its channels.
-      azimuth: [rad] of blade 1.
+      azimuth: [rad] azimuth of blade 1.
     """
 
     rotor_speed: float | Literal["idling"] = 0.0

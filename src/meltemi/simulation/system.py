@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from meltemi.aero.air import Air
 from meltemi.aero.tables import AeroParameters, FlapParameters, RotorFlow
-from meltemi.compiler import Array1, Array2, Constant, Ints, Record, Table, kernel
+from meltemi.compiler import Array1, Array2, Constant, Ints, KernelRecord, Table, kernel
 from meltemi.control.actuators import Actuation
 from meltemi.control.signals import Demands
 from meltemi.environment.conditions import Conditions
-from meltemi.simulation.tables import Clock, Settings, Summary, Watch
+from meltemi.simulation.tables import Clock, Settings, TurbineSummary, Watch
 from meltemi.structure.equations import generator_row, torsion_row
 from meltemi.structure.tables import (
     BladeRootLoad,
@@ -41,7 +41,7 @@ class AnySystem(WindField, Coordinates):
 
 
 COMMON_SIGNALS: dict[str, type[Table]] = {
-    "summary": Summary,
+    "summary": TurbineSummary,
     "machine": Machine,
     "rotor": RotorFlow,
     "chain": MachineLoad,
@@ -86,10 +86,10 @@ class Control(Actuation):
     outside: Conditions
     root: BladeRootLoad
     chain: MachineLoad
-    summary: Summary
+    summary: TurbineSummary
 
 
-class March(Record):
+class March(KernelRecord):
     """A run in progress.
 
     Attributes:

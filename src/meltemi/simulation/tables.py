@@ -13,7 +13,7 @@ class Settings(Table):
     held_share: float = number("-", "share of torque, pitch and flap angles before a jump in those at its instant")
 
 
-class Summary(Table):
+class TurbineSummary(Table, title="summary"):
     """Quantities of the whole turbine."""
 
     time: float = number("s", "simulation time")

@@ -174,19 +174,19 @@ def _balance_speed(
     values = [left_over(speed, pitch) for speed in speeds]
     if values[-1] > 0.0:
         return reference, pitch, True
-    found = 0.0
+    balanced_speed = 0.0
     for i in reversed(range(SCAN - 1)):
         if values[i] > 0.0 >= values[i + 1]:
             low, high = speeds[i], speeds[i + 1]
-            found = root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low))
+            balanced_speed = root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low))
             break
-    if found < stalled:
+    if balanced_speed < stalled:
         for angle in np.arange(pitch + PITCH_SCAN, most, PITCH_SCAN):
             if left_over(reference, float(angle)) > 0.0:
                 return reference, float(angle), True
-    if found == 0.0:
+    if balanced_speed == 0.0:
         raise no_balance(wind_speed, rain)
-    return found, pitch, False
+    return balanced_speed, pitch, False
 
 
 def root(f: Callable[[float], float], low: float, high: float, step: float) -> float:

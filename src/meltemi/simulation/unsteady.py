@@ -15,7 +15,7 @@ def wind_log(wind: Wind, duration: float, dt: float) -> Iterator[tuple[int, LogE
     """Begin and end of a gust or another change of the wind for a part of a run, each with its time step.
 
     Args:
-      duration, dt: [s] of the run and of its time step.
+      duration, dt: [s] duration of the run, and its time step.
     """
     span = wind.changes if isinstance(wind, WindSeries) else None
     if span is None or (span[0] <= 0.0 and span[1] >= duration):
@@ -30,16 +30,16 @@ def unseen(wind: Wind, others: Mapping[str, Record | None], duration: float, tra
 
     Args:
       others: descriptions of grid and air, by name.
-      duration, transient: [s] of the run.
+      duration, transient: [s] duration of the run and of its initial transient.
     """
-    said = []
+    causes = []
     if isinstance(wind, WindSeries) and (span := wind.changes):
         if span[0] > 0.0 and span[1] > duration:
-            said.append(f"{wind.label}: the wind changes until {span[1]:g} s, but the run ends at {duration:g} s")
+            causes.append(f"{wind.label}: the wind changes until {span[1]:g} s, but the run ends at {duration:g} s")
         if span[1] <= transient:
-            said.append(f"{wind.label}: over at {span[1]:g} s, within the initial transient of {transient:g} s")
+            causes.append(f"{wind.label}: over at {span[1]:g} s, within the initial transient of {transient:g} s")
     for where, record in others.items():
         for name, value in dict(record or {}).items():
             if isinstance(value, TimeSeries) and (span := changing(value.time, value.value)) and span[0] >= duration:
-                said.append(f"{where}.{name}: changes at {span[0]:g} s for the first time, after the end of the run")
-    return said
+                causes.append(f"{where}.{name}: changes at {span[0]:g} s for the first time, after the end of the run")
+    return causes

@@ -28,12 +28,12 @@ Float = NDArray[float64]
 
 
 class Criterion(NamedTuple):
-    """Texts about a criterion.
+    """Unit and messages of a criterion.
 
     Attributes:
-      unit: of its values.
-      violation: of its limit; empty where it has none.
-      notice: of its lower level; empty where it has none.
+      unit: unit of the values.
+      violation: text about a violated limit; empty without a limit.
+      notice: text about a reached lower level; empty without one.
     """
 
     unit: str

@@ -18,16 +18,16 @@ Float = NDArray[np.float64]
 T = TypeVar("T")
 
 KEEP = 64
-"""Models whose step and own vibrations are remembered."""
+"""Number of models whose step and vibrations are remembered."""
 STEP_LIMIT = 0.4
 """Largest product of angular frequency and default time step (docs/theory/simulation.md, M-5)."""
 IMPLICIT_LIMIT, IMPLICIT_PARTS = 0.8, 3
-"""The same with implicit stiffness and damping of all coordinates, and the fewest steps within OUTPUT_STEP."""
+"""Largest product with implicit stiffness and damping of all coordinates, and the fewest steps within OUTPUT_STEP."""
 RESIDUAL_PARTS = 5
 """Fewest steps within OUTPUT_STEP with residual modes: loads within 0.2 % (docs/theory/simulation.md)."""
 STIFF, BAND = 2.0, 20.0
-"""A coordinate is stiff whose frequency is so many times that of softer ones, and so many times BAND [rad/s]; for the
-shaft the latter is enough."""
+"""A coordinate is stiff if its frequency exceeds that of softer ones by this factor, and by this factor BAND [rad/s];
+for the shaft the latter is enough."""
 LARGEST_ANGLE = 2.5
 """[rad] largest phase of a vibration over an implicit step; faster ones keep it."""
 MOST_DAMPING = 0.5
@@ -41,7 +41,7 @@ def of_model(function: Callable[[BladedModel], T]) -> Callable[[BladedModel], T]
     known: dict[str, T] = {}
 
     @wraps(function)
-    def found(model: BladedModel) -> T:
+    def cached(model: BladedModel) -> T:
         key = model.content_hash()
         if key not in known:
             if len(known) >= KEEP:
@@ -49,7 +49,7 @@ def of_model(function: Callable[[BladedModel], T]) -> Callable[[BladedModel], T]
             known[key] = function(model)
         return known[key]
 
-    return found
+    return cached
 
 
 def vacuum_case(model: BladedModel) -> Case:
@@ -122,19 +122,19 @@ def _fastest(model: BladedModel, some: Any = True) -> tuple[float, str]:
 
 
 @of_model
-def own_vibrations(model: BladedModel) -> Float:
-    """(2, n) angular frequency [rad/s] and damping ratio of each coordinate about its own, in vacuum at rest (M-38)."""
+def single_vibrations(model: BladedModel) -> Float:
+    """(2, n) angular frequency [rad/s] and damping ratio of each coordinate alone, in vacuum at rest (M-38)."""
     case = vacuum_case(model)
     stiffness, damping = (-np.diag(derivative_matrix(case, which)) for which in ("q", "v"))
     frequency = np.sqrt(np.maximum(stiffness, 0.0))
-    found = np.array([frequency, 0.5 * damping / np.maximum(frequency, 1e-6)])
-    found.setflags(write=False)
-    return found
+    properties = np.array([frequency, 0.5 * damping / np.maximum(frequency, 1e-6)])
+    properties.setflags(write=False)
+    return properties
 
 
 def stiff(model: BladedModel) -> NDArray[np.bool_]:
     """(n,) coordinates that do not limit the default step: a fast shaft, residual modes, any far above all others."""
-    frequency = own_vibrations(model)[0]
+    frequency = single_vibrations(model)[0]
     result = np.array(["residual" in name for name in model.coordinates])
     shaft = model.rows.torsion
     result[shaft] = frequency[shaft] > STIFF * BAND
@@ -148,7 +148,7 @@ def stiff(model: BladedModel) -> NDArray[np.bool_]:
 
 def step_weights(model: BladedModel, dt: float) -> Float:
     """(2, n) beta dt^2 [s^2] and kappa dt [s] of each coordinate; zero where its step is explicit (M-44)."""
-    frequency, damping = own_vibrations(model)
+    frequency, damping = single_vibrations(model)
     weights = np.array([fitted_step(w * dt, z) for w, z in zip(frequency, damping, strict=True)]).T
     weights *= np.array([[dt * dt], [dt]])
     if model.options.integration == "explicit":

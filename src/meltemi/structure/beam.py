@@ -107,7 +107,7 @@ def section_axes(twist: Float, tangent: Float) -> Float:
     """(S, 6, 6) rotation of section quantities into the axes of the whole beam (S-1).
 
     Args:
-      twist: (S,) [rad] of the sections about the beam's axis, towards feather.
+      twist: (S,) [rad] rotation of the sections about the beam's axis, towards feather.
       tangent: (S, 3) along the beam's axis, of any length; the z axis of a section is the tangent, reached from the
         z axis of the whole beam by the shortest rotation.
     """
@@ -126,7 +126,7 @@ def section_mass(m: Float, centre: Float, inertia: Float) -> Float:
     """(S, 6, 6) mass per length about the reference axis.
 
     Args:
-      m: (S,) [kg/m].
+      m: (S,) [kg/m] mass per length.
       centre: (S, 3) [m] centre of mass from the reference axis.
       inertia: (S, 3) [kg m] about x, y, z through the centre of mass.
     """
@@ -146,7 +146,7 @@ class Mesh:
       z: (n,) [m] coordinates of the nodes.
       points: (n, 3) [m] nodes.
       flexibility: (6n, 6n - 6) factor G: loads f on the nodes displace them by G G^T f.
-      mass: (6n, 6n).
+      mass: (6n, 6n) mass matrix.
     """
 
     z: Float
@@ -209,7 +209,7 @@ class Modes:
 
     Attributes:
       z: (n,) [m] nodes.
-      points: (n, 3) [m].
+      points: (n, 3) [m] positions of the nodes.
       shape: (k, n, 6) displacements and rotations.
       stiffness: (k, k) generalised stiffness; diagonal for natural modes.
       mass: (k, k) generalised mass, of beam and everything it carries.
@@ -315,7 +315,7 @@ def energy_shares(modes: Modes, mass: Float) -> Float:
     """(k, 3) fractions of a mode's kinetic energy in x and y translation and in rotation about z.
 
     Args:
-      mass: (6n, 6n) of the mesh.
+      mass: (6n, 6n) mass matrix of the mesh.
     """
     flat = modes.shape.reshape(len(modes.shape), -1)
     by_component = ((flat @ mass) * flat).reshape(modes.shape.shape).sum(axis=1)

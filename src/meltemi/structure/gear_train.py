@@ -19,7 +19,7 @@ from meltemi.turbine.definition import Drivetrain
 
 Float = NDArray[np.float64]
 HOUSING = "housing"
-"""The spring of a ring in its housing, which has no channel."""
+"""Name of the spring of a ring in its housing, which has no channel."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,12 @@ class GearTrain:
 
     Attributes:
       bodies: names of the bodies.
-      inertia: (N,) [kg m^2] about the axis of each body; the orbital inertia of planets is in that of the carrier.
-      speed: (N,) [-] of rigid motion over that of the rotor, negative if opposite to it; 0 for a ring.
+      inertia: (N,) [kg m^2] inertia of each body about its axis; the orbital inertia of planets is in that of the
+        carrier.
+      speed: (N,) [-] speed in rigid motion over that of the rotor, negative if opposite to it; 0 for a ring.
       springs: names of the springs, from the rotor on.
       deflection: (E, N) [m or rad] of a spring for unit angles of the bodies; positive when the rotor drives.
-      stiffness: (E,) [N/m or N m/rad] of each.
+      stiffness: (E,) [N/m or N m/rad] stiffness of each spring.
       number: (E,) number of equal springs in parallel: planets.
     """
 
@@ -57,9 +58,9 @@ class ReducedTrain:
 
     Attributes:
       inertia: (3, 3) [kg m^2] for rotation of the nacelle about the shaft, generator, torsion.
-      frequency: (K,) [rad/s] of the modes with both ends fixed.
-      modal_inertia: [kg m^2] of each mode.
-      coupling: (3, K) [kg m^2] between the modes and these three.
+      frequency: (K,) [rad/s] frequencies of the modes with both ends fixed.
+      modal_inertia: [kg m^2] inertia of each mode.
+      coupling: (3, K) [kg m^2] coupling of the modes and these three.
       factor: (E,) static load of each spring over the torque of the main shaft.
       shape: (E, K) [N/rad or N m/rad] load of each spring in each mode.
     """
@@ -164,7 +165,7 @@ def gear_arrays(drivetrain: Drivetrain, *, multibody: bool) -> tuple[Float, Floa
     modes).
 
     Args:
-      multibody: with the modes; without them the parts follow rotor and generator quasi-statically.
+      multibody: whether the modes are included; without them the parts follow rotor and generator quasi-statically.
     """
     assert drivetrain.gearbox is not None
     train = gear_train(drivetrain)

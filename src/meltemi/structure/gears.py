@@ -57,7 +57,8 @@ def gear_momentum(m: Structure, spins: Vec, spin_rates: Vec) -> tuple[float, flo
     """Angular momentum of the gears about the shaft [kg m^2/s] and its rate (S-55).
 
     Args:
-      spins, spin_rates: of the nacelle about the shaft, the generator referred to the rotor, the torsion.
+      spins, spin_rates: speeds and accelerations of the nacelle about the shaft, the generator referred to the rotor,
+        the torsion.
     """
     J = m.structure.gears
     momentum, turning = (J @ spins).x, (J @ spin_rates).x

@@ -50,7 +50,7 @@ class NodeLayout:
     """Positions of the nodes of a blade or tower.
 
     Attributes:
-      position: (N,) [m] from the root.
+      position: (N,) [m] distances from the root.
       edges: (N + 1,) [m] boundaries of the pieces that move with the nodes.
     """
 
@@ -74,7 +74,7 @@ def points(position: Float) -> NodeLayout:
 
 
 @dataclass(frozen=True)
-class Member:
+class ModalMember:
     """A flexible member described by some of its modes.
 
     Attributes:
@@ -99,7 +99,9 @@ class Member:
         return interpolated(z, self.modes.z, self.second)
 
 
-def blade_member(blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False) -> Member:
+def blade_member(
+    blade: BladeStructure, counts: dict[str, int], layout: NodeLayout, *, given: bool = False
+) -> ModalMember:
     """Modal member of a blade, clamped at its root, with given numbers of flap, edge, torsion and residual modes.
 
     Args:
@@ -135,12 +137,12 @@ def tower_member(
     layout: NodeLayout,
     *,
     given: bool = False,
-) -> Member:
+) -> ModalMember:
     """Modal member of the tower with given numbers of fore-aft, side-to-side and torsion modes.
 
     Args:
       tip_mass: (6, 6) inertia that the tower carries, about its top.
-      foundation: its motions, if it has any, become further modes, ``"base surge"``.
+      foundation: foundation of the tower; its motions, if it has any, become further modes, ``"base surge"``.
       given: use the mode shapes of the description instead of natural modes.
 
     Raises:
@@ -173,7 +175,7 @@ def tower_member(
     return on_foundation(_member(picked, names, beam, tower.damping), mesh, foundation)
 
 
-def on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> Member:
+def on_foundation(tower: ModalMember, mesh: Mesh, foundation: Foundation | None) -> ModalMember:
     """The tower with the damping of its foundation; motions of the base are rigid shapes after its modes."""
     if foundation is None:
         return tower
@@ -197,7 +199,7 @@ def on_foundation(tower: Member, mesh: Mesh, foundation: Foundation | None) -> M
     C = scipy.linalg.block_diag(tower.damping, damping[some])
     momenta = rigid.reshape(6, -1) @ mesh.mass @ np.concatenate([modes.shape, rigid]).reshape(-1, flat.shape[1]).T
     momenta[:, -6:] += mass
-    return Member(names, moving, C, second_order(moving), tower.beam, momenta)
+    return ModalMember(names, moving, C, second_order(moving), tower.beam, momenta)
 
 
 # sections ---------------------------------------------------------------------------------------
@@ -283,10 +285,10 @@ def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> 
     which: list[int] = []
     names: list[str] = []
     for name, (component, count) in wanted.items():
-        found = np.flatnonzero(kind == component)[:count]
-        if len(found) < count:
-            raise UnsupportedError(f"only {len(found)} {name} modes were found, {count} are requested")
-        which += found.tolist()
+        candidates = np.flatnonzero(kind == component)[:count]
+        if len(candidates) < count:
+            raise UnsupportedError(f"only {len(candidates)} {name} modes were found, {count} are requested")
+        which += candidates.tolist()
         names += [f"{ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)
     return picked.scaled(_to_unit_motion(picked, kind[which])), names
@@ -327,12 +329,12 @@ def _static_loads(mesh: Mesh, beam: Beam) -> Float:
 # damping, and what members carry ----------------------------------------------------------------
 
 
-def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> Member:
+def _member(modes: Modes, names: list[str], beam: Beam, damping: Damping | DampingTime | None) -> ModalMember:
     share = np.array([getattr(damping, name.split(" ")[-1].replace("-", "_")) for name in names])
     # C = 2 zeta / omega K, with omega of the member alone: each mode has its damping ratio for the separate member
     time = share if isinstance(damping, DampingTime) else 2.0 * share / modes.frequency_alone
     C = modes.stiffness * time[None, :]
-    return Member(tuple(names), modes, C, second_order(modes), beam)
+    return ModalMember(tuple(names), modes, C, second_order(modes), beam)
 
 
 def rigid_body(mass: float, centre: Float, inertia: Float) -> Float:

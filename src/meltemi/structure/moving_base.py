@@ -16,7 +16,7 @@ from meltemi.compiler import Rot, Sym, Table, Vec, Vectors, View, by_record, ker
 from meltemi.compiler import rotation as matrix
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import cross, dot, turn
-from meltemi.structure.members import Member
+from meltemi.structure.members import ModalMember
 from meltemi.structure.tables import SectionLoads, Structure
 from meltemi.structure.tower import (
     DAMPING,
@@ -37,9 +37,9 @@ from meltemi.structure.tower import (
 class Base(Table):
     """Motion of the tower's base, inertial axes; it is the interface of tower and base."""
 
-    position: Vec = xyz("m", "of the tower's base")
-    velocity: Vec = xyz("m/s", "its velocity")
-    acceleration: Vec = xyz("m/s^2", "its acceleration, known part")
+    position: Vec = xyz("m", "position of the tower's base")
+    velocity: Vec = xyz("m/s", "velocity of the tower's base")
+    acceleration: Vec = xyz("m/s^2", "known acceleration of the tower's base")
     orientation: Rot = matrix("-", "of the base")
     spin: Vec = xyz("rad/s", "angular velocity")
     spin_rate: Vec = xyz("rad/s^2", "angular acceleration, known part")
@@ -76,11 +76,11 @@ class MovingBase(Structure):
     tower_momentum: TowerMomentum
 
 
-def moving_base(tower: Member, top_mass: float) -> dict[str, Any]:
+def moving_base(tower: ModalMember, top_mass: float) -> dict[str, Any]:
     """Arrays of the records of a tower on a moving base.
 
     Args:
-      tower: its modes, and then the motions of its base (``structure.members.on_foundation``).
+      tower: the modes of the tower, and then the motions of its base (``structure.members.on_foundation``).
       top_mass: [kg] fixed to its top.
     """
     assert tower.momenta is not None, "its base moves"
@@ -123,20 +123,20 @@ def top_on_base(m: MovingBase) -> None:
     base_motion(m)
     base, machine, C, first = m.base, m.machine, m.columns, base_row(m)
     R, w, known = base.orientation, base.spin, base.spin_rate
-    top = bending(m, first)
-    r, du = R @ (top.offset + Vec(0.0, 0.0, m.structure.tower_length)), R @ top.velocity
+    u, du, bias, theta, rate = bending(m, first)
+    r, du = R @ (u + Vec(0.0, 0.0, m.structure.tower_length)), R @ du
     for k in range(first):
         C.linear[k], C.angular[k] = R @ C.linear[k], R @ C.angular[k]
     for k in range(m.base_columns.coordinates):
         T, W = m.base_columns.linear[k], m.base_columns.angular[k]
         C.linear[first + k], C.angular[first + k] = T + cross(W, r), W
-    spin = R @ angular_velocity(top.turn, top.rate)
+    spin = R @ angular_velocity(theta, rate)
     machine.top_position = base.position + r
     machine.top_velocity = base.velocity + cross(w, r) + du
-    machine.top_acceleration = base.acceleration + cross(known, r) + cross(w, cross(w, r) + 2.0 * du) + R @ top.bias
+    machine.top_acceleration = base.acceleration + cross(known, r) + cross(w, cross(w, r) + 2.0 * du) + R @ bias
     machine.top_spin = w + spin
-    machine.top_spin_rate = known + cross(w, spin) + R @ angular_acceleration(top.turn, top.rate)
-    machine.top = R @ rotation(top.turn)
+    machine.top_spin_rate = known + cross(w, spin) + R @ angular_acceleration(theta, rate)
+    machine.top = R @ rotation(theta)
 
 
 @kernel

@@ -49,9 +49,9 @@ def yaw_bearing(m: Structure) -> None:
     (S-40)."""
     p, drive, y = m.structure, m.drive, yaw_row(m)
     twist, twist_rate = m.q[y] - drive.yaw_command, m.v[y] - drive.yaw_command_rate
-    held = drive.yaw_held * (p.yaw_stiffness * twist + p.yaw_damping * twist_rate)
-    m.core_force[y] -= held
-    drive.yaw_drive_torque = -held
+    brake_moment = drive.yaw_held * (p.yaw_stiffness * twist + p.yaw_damping * twist_rate)
+    m.core_force[y] -= brake_moment
+    drive.yaw_drive_torque = -brake_moment
     if drive.yaw_rubs > 0.0:
         twist, twist_rate = m.q[y] - drive.yaw_rest, m.v[y] - drive.yaw_rest_rate
         rubbed = p.yaw_stiffness * twist + p.yaw_damping * twist_rate
@@ -64,10 +64,10 @@ def yaw_bearing(m: Structure) -> None:
 @kernel
 def yaw_implicit(dt: float, m: Structure) -> None:
     """Complete the equations of a step for an implicit yaw (M-43)."""
-    p, y, held = m.structure, yaw_row(m), m.drive.yaw_held
+    p, y, locked = m.structure, yaw_row(m), m.drive.yaw_held
     if m.drive.yaw_rubs > 0.0:
-        held += 1.0
-    add_core(resistance(dt, m, y, y, held * p.yaw_stiffness, held * p.yaw_damping), m, y, y)
+        locked += 1.0
+    add_core(resistance(dt, m, y, y, locked * p.yaw_stiffness, locked * p.yaw_damping), m, y, y)
 
 
 @kernel

@@ -102,10 +102,14 @@ def drivetrain(m: Structure) -> None:
             m.core_mass[i, j] += Jg * along * dot(m.columns.angular[j], shaft)
     m.core_mass[g, g] += Jg * ratio * ratio / p.gearbox_efficiency
     brake = drive.brake_torque * tanh(ratio * v[g] / drive.brake_speed)
-    held = drive.generator_torque + brake
+    high_speed_torque = drive.generator_torque + brake
     # the rotor drives the gearbox, whose losses reduce the torque; a motoring generator covers them itself
-    held = held / p.gearbox_efficiency if held >= 0.0 else held * p.gearbox_efficiency
-    m.core_force[g] -= ratio * held + turns * dot(shaft, known)
+    high_speed_torque = (
+        high_speed_torque / p.gearbox_efficiency
+        if high_speed_torque >= 0.0
+        else high_speed_torque * p.gearbox_efficiency
+    )
+    m.core_force[g] -= ratio * high_speed_torque + turns * dot(shaft, known)
     m.core_force[t] -= p.shaft_stiffness * m.q[t] + p.shaft_damping * v[t]
 
 

@@ -11,8 +11,8 @@ from meltemi.compiler import (
     Array3,
     Array4,
     Constant,
+    KernelRecord,
     Numbers,
-    Record,
     Sym,
     Symmetrics,
     Table,
@@ -30,36 +30,36 @@ class StructureParameters(Table, title="structure"):
 
     gravity: float = number("m/s^2", "gravitational acceleration")
     tower_base: float = number("m", "height of the tower base above ground")
-    tower_length: float = number("m", "tower base to tower top")
+    tower_length: float = number("m", "distance from tower base to tower top")
     top_mass: float = number("kg", "mass fixed to the tower top, below the yaw bearing")
-    shaft_height: float = number("m", "tower top to the intersection of shaft and yaw axis")
-    overhang: float = number("m", "from this intersection to the rotor apex, upwind along the shaft")
+    shaft_height: float = number("m", "height of the intersection of shaft and yaw axis above the tower top")
+    overhang: float = number("m", "distance from this intersection to the rotor apex, upwind along the shaft")
     tilt: float = number("rad", "shaft tilt, upwind end up")
     precone: float = number("rad", "precone, upwind positive")
-    hub_radius: float = number("m", "rotor apex to blade root")
+    hub_radius: float = number("m", "distance from rotor apex to blade root")
     tip: Vec = xyz("m", "blade tip from the rotor apex, undeformed, blade axes")
-    hub_mass: float = number("kg", "hub")
+    hub_mass: float = number("kg", "mass of the hub")
     hub_centre: float = number("m", "hub's centre of mass along the shaft from the apex, downwind")
-    hub_inertia: float = number("kg m^2", "hub about the shaft")
-    nacelle_mass: float = number("kg", "nacelle")
+    hub_inertia: float = number("kg m^2", "inertia of the hub about the shaft")
+    nacelle_mass: float = number("kg", "mass of the nacelle")
     nacelle_centre: Vec = xyz("m", "nacelle's centre of mass from the tower top, nacelle axes")
-    nacelle_inertia: Vec = xyz("kg m^2", "nacelle about its axes through its centre of mass")
-    gear_ratio: float = number("-", "generator over rotor speed")
+    nacelle_inertia: Vec = xyz("kg m^2", "moments of inertia of the nacelle about axes through its centre of mass")
+    gear_ratio: float = number("-", "ratio of generator to rotor speed")
     generator_sense: float = number("-", "1 when it rotates in the sense of the rotor, -1 when opposite to it")
-    generator_inertia: float = number("kg m^2", "generator about its own shaft")
-    gearbox_efficiency: float = number("-", "power out over power in")
-    shaft_stiffness: float = number("N m/rad", "drivetrain torsion, low-speed side")
-    shaft_damping: float = number("N m s/rad", "drivetrain torsion, low-speed side")
+    generator_inertia: float = number("kg m^2", "inertia of the generator about its shaft")
+    gearbox_efficiency: float = number("-", "efficiency of the gearbox: power out over power in")
+    shaft_stiffness: float = number("N m/rad", "torsional stiffness of the drivetrain, low-speed side")
+    shaft_damping: float = number("N m s/rad", "torsional damping of the drivetrain, low-speed side")
     gears: Sym = symmetric("kg m^2", "inertia of the gearbox: x nacelle rotation along shaft, y generator, z torsion")
-    yaw_stiffness: float = number("N m/rad", "yaw bearing with engaged drive")
-    yaw_damping: float = number("N m s/rad", "yaw bearing with engaged drive")
+    yaw_stiffness: float = number("N m/rad", "stiffness of the yaw bearing with engaged drive")
+    yaw_damping: float = number("N m s/rad", "damping of the yaw bearing with engaged drive")
 
 
 class GearModes(Table, axes="mode"):
     """Modes of the gearbox between rotor and generator."""
 
     frequency: Numbers = number("rad/s", "natural frequency with rotor and generator fixed")
-    damping: Numbers = number("-", "ratio")
+    damping: Numbers = number("-", "damping ratio")
     inertia: Numbers = number("kg m^2", "modal mass: all modes are scaled to the gears' inertia referred to the rotor")
     coupling: Vectors = xyz("kg m^2", "coupling to nacelle rotation about the shaft, generator, torsion")
 
@@ -97,7 +97,7 @@ class BladeNode(Table, axes="blade node"):
 class TowerNode(Table, axes="node"):
     """Constants of the tower nodes."""
 
-    height: Numbers = number("m", "above the tower base")
+    height: Numbers = number("m", "height above the tower base")
     length: Numbers = number("m", "length of the piece of tower that moves with the node")
     mass: Numbers = number("kg", "mass of the piece")
     inertia: Vectors = xyz("kg m^2", "inertia of the piece about the node")
@@ -168,7 +168,7 @@ class TowerStationLoad(Table, axes="station"):
     moment: Vectors = xyz("N m", "moment of the upper part on the lower part, inertial axes")
 
 
-class Columns(Table, axes="coordinate"):
+class ApexColumns(Table, title="columns", axes="coordinate"):
     """Partial velocities of the rotor apex by the coordinates below the blades."""
 
     linear: Vectors = xyz("- or m", "partial velocity of the apex, inertial axes")
@@ -237,10 +237,10 @@ class StepWeights(Table, axes="coordinate"):
     expected: Numbers = number("m/s^2 or rad/s^2", "acceleration at the end of the step, extrapolated")
 
 
-class Coordinates(Record):
+class Coordinates(KernelRecord):
     """Record of which the number of coordinates below the blades is known: that of the columns."""
 
-    columns: Columns
+    columns: ApexColumns
 
 
 class Structure(Exchange, Coordinates):
@@ -274,7 +274,7 @@ class Structure(Exchange, Coordinates):
     coupling: Array3
 
 
-class SectionLoads(Record):
+class SectionLoads(KernelRecord):
     """Additional record of the section loads: stations, and the loads; never in lanes."""
 
     gear_rows: GearRows

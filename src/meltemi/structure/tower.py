@@ -5,8 +5,6 @@ Reference: docs/theory/structure.md (S-11 to S-14, S-33, S-34, S-45, S-46).
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from meltemi.compiler import by_record, kernel
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import Vec, cross
@@ -17,25 +15,14 @@ MASS, STIFFNESS, DAMPING, WEIGHT = 0, 1, 2, 3
 """Layers of ``tower_matrix``; WEIGHT is the geometric stiffness at unit gravity."""
 
 
-class Bending(NamedTuple):
-    """Motion of the tower top from the modes, axes of the tower's base.
-
-    Attributes:
-      offset: [m] deflection, of second order in the coordinates.
-      velocity: [m/s] its rate; bias: [m/s^2] its second derivative without those of the coordinates.
-      turn: [rad] rotation vector; rate: [rad/s] its rate.
-    """
-
-    offset: Vec
-    velocity: Vec
-    bias: Vec
-    turn: Vec
-    rate: Vec
-
-
 @kernel
-def bending(m: Structure, modes: int) -> Bending:
-    """Motion of the tower top by its first ``modes``, whose columns are filled (S-11 to S-14)."""
+def bending(m: Structure, modes: int) -> tuple[Vec, Vec, Vec, Vec, Vec]:
+    """Motion of the tower top by its first ``modes`` in axes of the base, whose columns are filled (S-11 to S-14).
+
+    Returns:
+      Deflection [m], of second order in the coordinates; its rate [m/s]; its second derivative [m/s^2] without those of
+      the coordinates; rotation vector [rad] and its rate [rad/s].
+    """
     q, v, top = m.q, m.v, m.top_shape
     nothing = Vec(0.0, 0.0, 0.0)
     u, du, bias, theta, rate = nothing, nothing, nothing, nothing, nothing
@@ -55,7 +42,7 @@ def bending(m: Structure, modes: int) -> Bending:
         rate += v[k] * psi
     for k in range(modes):
         m.columns.angular[k] = angular_velocity(theta, top.rotation[k])
-    return Bending(u, du, bias, theta, rate)
+    return u, du, bias, theta, rate
 
 
 @by_record
@@ -67,13 +54,13 @@ def tower_top(m: Structure) -> None:
 @kernel
 def top_on_ground(m: Structure) -> None:
     """Motion of the top of a tower on the ground, on a foundation or a pile."""
-    top, machine = bending(m, m.top_shape.modes), m.machine
-    machine.top_position = top.offset + Vec(0.0, 0.0, m.structure.tower_base + m.structure.tower_length)
-    machine.top_velocity = top.velocity
-    machine.top_acceleration = top.bias
-    machine.top_spin = angular_velocity(top.turn, top.rate)
-    machine.top_spin_rate = angular_acceleration(top.turn, top.rate)
-    machine.top = rotation(top.turn)
+    machine, (u, du, bias, theta, rate) = m.machine, bending(m, m.top_shape.modes)
+    machine.top_position = u + Vec(0.0, 0.0, m.structure.tower_base + m.structure.tower_length)
+    machine.top_velocity = du
+    machine.top_acceleration = bias
+    machine.top_spin = angular_velocity(theta, rate)
+    machine.top_spin_rate = angular_acceleration(theta, rate)
+    machine.top = rotation(theta)
 
 
 @by_record
@@ -181,7 +168,7 @@ def stations_below(top: Vec, F_top: Vec, M_top: Vec, modes: int, m: Structure, s
     """Loads at the stations from those below the yaw bearing and those of the pieces (S-45).
 
     Args:
-      top: [m] of the tower top, axes of the base, with the base at its height at rest.
+      top: [m] position of the tower top, axes of the base, with the base at its height at rest.
       F_top, M_top: force and moment there, with those of the mass fixed to the tower top.
     """
     base, shape, nodes, piece, out = (
@@ -200,8 +187,8 @@ def stations_below(top: Vec, F_top: Vec, M_top: Vec, modes: int, m: Structure, s
             if cut >= low and cut <= high:
                 w = (cut - low) / (high - low)
                 for k in range(modes):
-                    here, there = shape.displacement[k, n], shape.displacement[k, n + 1]
-                    place += m.q[k] * Vec(here.x + w * (there.x - here.x), here.y + w * (there.y - here.y), 0.0)
+                    lower, upper = shape.displacement[k, n], shape.displacement[k, n + 1]
+                    place += m.q[k] * Vec(lower.x + w * (upper.x - lower.x), lower.y + w * (upper.y - lower.y), 0.0)
                 break
         F = F_top
         M = M_top + cross(top - place, F_top)

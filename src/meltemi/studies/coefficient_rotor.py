@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from meltemi.aero.coefficient import Coefficients, power_coefficient, rotor_coefficients
+from meltemi.aero.coefficient import PowerCoefficients, power_coefficient, rotor_coefficients
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.power_turbine import Coefficient
 
@@ -25,7 +25,7 @@ class CoefficientRotor:
     radius: float
 
     @cached_property
-    def _arrays(self) -> Coefficients:
+    def _arrays(self) -> PowerCoefficients:
         return rotor_coefficients(self.coefficient)
 
     @property

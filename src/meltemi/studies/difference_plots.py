@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from meltemi.report.palette import COLOURS, FAINT, INK
-from meltemi.report.plots import EVERYBODY, heading, new_figure, readable_unit
+from meltemi.report.plots import MAIN_CHANNELS, heading, new_figure, readable_unit
 from meltemi.report.tables import number
 from meltemi.studies.difference import ChannelDifference, ResultDifferences, gaps, most_different, percent_text
 
@@ -112,7 +112,7 @@ def plot_differences(
 
 
 def _chosen(differences: ResultDifferences) -> list[ChannelDifference]:
-    wanted = [d for name in EVERYBODY for d in differences.channels if d.channel.name == name]
+    wanted = [d for name in MAIN_CHANNELS for d in differences.channels if d.channel.name == name]
     others = [d for d in most_different(differences, len(differences.channels)) if d not in wanted]
     return [*wanted, *others[: PANELS - len(wanted)]] or list(differences.channels[:PANELS])
 

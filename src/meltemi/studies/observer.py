@@ -13,17 +13,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from meltemi.analyses.linear import LinearModel, linearise
 from meltemi.control_laws.kalman import HEAD, SCHEDULE, filter_vector, kalman_step
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
+from meltemi.core.record import Record
 from meltemi.core.shown import Brief
 from meltemi.core.threads import one_blas_thread
-from meltemi.simulation.channels import Channel, Contents, catalogue
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue
 from meltemi.simulation.model import Model
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build
@@ -58,43 +60,22 @@ WIND = Channel(
 )
 
 
-@dataclass(frozen=True)
-class SensorNoise:
-    """Standard deviations of white noise of the sensors, per sample.
+class SensorNoise(Record):
+    """Standard deviations of white noise of the sensors, per sample."""
 
-    Attributes:
-      speed: generator speed over its rated value [-].
-      acceleration: [m/s^2] tower-top acceleration.
-    """
-
-    speed: float = 5e-4
-    acceleration: float = 0.01
-
-    def __post_init__(self) -> None:
-        for name in ("speed", "acceleration"):
-            if not getattr(self, name) > 0.0:
-                raise InputError(f"observer: noise.{name} must be above zero, found {getattr(self, name)!r}")
+    speed: float = Field(default=5e-4, gt=0.0)
+    """Generator speed over its rated value."""
+    acceleration: float = Field(default=0.01, gt=0.0)
+    """[m/s^2] tower-top acceleration."""
 
 
-@dataclass(frozen=True)
-class ExpectedTurbulence:
-    """Turbulence model of the filter: Kaimal spectrum with exponential coherence.
+class ExpectedTurbulence(Record):
+    """Turbulence model of the filter: Kaimal spectrum with exponential coherence."""
 
-    Attributes:
-      reference_intensity: I_ref of the class [-]: sigma = I_ref (0.75 V + 5.6 m/s), the normal turbulence model.
-      edition: edition of IEC 61400-1, for length scales and coherence.
-    """
-
-    reference_intensity: float = 0.16
-    edition: int = 3
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.reference_intensity < 1.0:
-            raise InputError(
-                f"observer: reference_intensity must be between 0 and 1, found {self.reference_intensity!r}"
-            )
-        if self.edition not in (2, 3, 4):
-            raise InputError(f"observer: edition must be 2, 3 or 4, found {self.edition!r}")
+    reference_intensity: float = Field(default=0.16, gt=0.0, lt=1.0)
+    """I_ref of the class: sigma = I_ref (0.75 V + 5.6 m/s), the normal turbulence model."""
+    edition: Literal[2, 3, 4] = 3
+    """Edition of IEC 61400-1, for length scales and coherence."""
 
     def deviation(self, speed: float) -> float:
         """Standard deviation [m/s] at a mean wind speed [m/s]."""
@@ -321,7 +302,7 @@ class Observer(Brief):
         return np.clip(place, 0, len(self.wind_speed) - 1).astype(np.intp)
 
     def _channels(self) -> tuple[tuple[Channel, ...], list[str]]:
-        known = catalogue(Contents(3))
+        known = catalogue(ChannelSet(3))
         places = [*TOWER, *(f"{b}_{i}" for b in BLADE for i in (1, 2, 3))]
         return (WIND, *(known[name] for name in places)), places
 

@@ -138,13 +138,8 @@ def power_curve(model: BladedModel) -> PowerCurve:
     if not powers:
         raise FailedResultError("power curve: no wind speed has a steady operating point")
     first = powers[0] * (turbine.cut_in / speeds[0]) ** 3
-    return PowerCurve(
-        np.array([turbine.cut_in, *speeds]),
-        np.array([first, *powers]),
-        turbine.cut_in,
-        turbine.cut_out,
-        turbine.rated_power,
-    )
+    curve = np.array([turbine.cut_in, *speeds]), np.array([first, *powers])
+    return PowerCurve(*curve, turbine.cut_in, turbine.cut_out, turbine.rated_power)
 
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]

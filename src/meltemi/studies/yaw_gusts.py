@@ -236,29 +236,19 @@ class _Cases:
 
     def __iter__(self) -> Iterator[Run]:
         g = self.grid
-        for speed, rise, change, time, sign, seed in g.winds():
+        for wind in g.winds():
             for rate, (name, recheck, protection) in product(g.yaw_rates, self.strategies):
-                key = {
-                    "speed": speed,
-                    "rise": rise,
-                    "change": change,
-                    "time": time,
-                    "sign": sign,
-                    "seed": seed,
-                    "yaw_rate": rate,
-                    "strategy": name,
-                    "recheck": recheck,
-                }
                 label = f"case_{len(self.keys) + 1:05d}"
-                self.keys[label] = key
+                of_run = {"yaw_rate": rate, "strategy": name, "recheck": recheck}
+                self.keys[label] = dict(zip(WIND, wind, strict=True)) | of_run
                 yield Run(
                     model=self.models[rate],
-                    wind=partial(self.wind, speed, seed, time, rise, change, sign),
+                    wind=partial(self.wind, *wind),
                     duration=self.grid.length,
                     controller=strategy(self.machines[rate], protection),
                     channels=(*CHANNELS, "generator_power", "operating_state"),
                     output_step=0.1,
-                    start=self.starts[speed],
+                    start=self.starts[wind[0]],
                     name=label,
                 )
 
@@ -266,7 +256,7 @@ class _Cases:
         wind = TurbulentWind(speed=speed, intensity=INTENSITY, seed=seed, shear_exponent=NORMAL_EXPONENT, points=15)
         return generate_field(wind, self.turbine, self.grid.length)
 
-    def _wind(self, speed: float, seed: int, time: float, rise: float, change: float, sign: Sign) -> WindBox:
+    def _wind(self, speed: float, rise: float, change: float, time: float, sign: Sign, seed: int) -> WindBox:
         gust = coherent_gust(self.turbine, speed, rise=rise, change=change, time=time, sign=sign)
         return with_gust(self.box(speed, seed), gust)
 

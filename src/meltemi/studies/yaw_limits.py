@@ -277,9 +277,8 @@ def draw_limits(ax: Axes, limits: YawLimits) -> None:
         angles = np.degrees(yaw_threshold(YawProtection.model_validate({"law": law}), fine))
         lines.append((f"Wang et al. (2021), {law}", fine, angles, colour, "-"))
     for label, x, y, colour, mark in lines:
-        ax.plot(
-            x, y, mark, color=colour, label=label, clip_on=False
-        )  # the allowed error may be the largest one on the axis
+        # the allowed error may be the largest one on the axis
+        ax.plot(x, y, mark, color=colour, label=label, clip_on=False)
         ax.plot(x, -y, mark, color=colour, clip_on=False)
     ax.set_ylim(both[0], both[-1])
     ax.set_title("allowed yaw error, and the loads there")

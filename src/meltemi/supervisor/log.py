@@ -12,7 +12,7 @@ from meltemi.supervisor.tables import CONDITIONS, DEGREES, KILOWATT, STATES, YAW
 class EntryRow(Table, title="log entry"):
     """Entry of the log."""
 
-    time: float = number("s", "of the transition")
+    time: float = number("s", "time of the transition")
     machine: float = number("-", "0 operation, 1 yaw protection")
     source: float = number("-", "number of the previous state")
     target: float = number("-", "number of the new state")
@@ -23,7 +23,7 @@ class EntryRow(Table, title="log entry"):
 
 
 LOG_ROOM = 300
-"""Transitions that are kept; the first ones of a run."""
+"""Number of transitions that are kept, the first ones of a run."""
 HOUR = 3600.0
 
 

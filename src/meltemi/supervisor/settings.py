@@ -15,13 +15,13 @@ OVER_SPEED, TRIP_SPEED = 1.25, 1.3
 """Shares of rated speed at which the supervisor stops and trips: 1.2 times the largest excursion of speed of the
 library's turbines in the extreme turbulence model at cut-out, and 0.05 above (docs/theory/control.md, C-69)."""
 LEAST_CUT_IN = 0.3
-"""Share of rated speed: a law that begins below it says nothing of the speed at which to connect."""
+"""Share of rated speed: the cut-in of a law below it does not determine the speed at which to connect."""
 
 
 ROUNDING = 1e-5
-"""By which a rate or angle, converted from degrees, may exceed a limit that a file gives with six digits."""
+"""Excess of a rate or angle, converted from degrees, over a limit that a file gives with six digits."""
 CUT_OUT_MEAN = 1.04
-"""Of cut-out: ten minutes of normal turbulence with this mean at hub height, as an anemometer sees them, stay below."""
+"""Share of cut-out above ten-minute means, measured at hub height, of normal turbulence with the mean of cut-out."""
 
 
 class Supervision(Record):
@@ -30,18 +30,18 @@ class Supervision(Record):
     begin: Literal["automatic", "standby", "idling"] = "automatic"
     """State at the start of a run: by the rotor's speed, or one of rest; ``idling`` lasts until the request "start"."""
     auto_start: bool = True
-    """Start by itself when the wind is right; else only at the operator's request."""
+    """Start without a request in suitable wind; otherwise only at the operator's request."""
     latched: bool = True
-    """Whether stops for the turbine's protection last until the operator requests "start"."""
+    """Stops for the turbine's protection last until the operator requests "start"."""
 
     start_wind: float | None = Field(default=None, gt=0.0)
     """[m/s; 1.5 to 8] 30 s mean above which it starts; the turbine's cut-in by default."""
     start_time: float = Field(default=10.0, ge=0.0)
-    """[s; 1 to 900] for which."""
+    """[s; 1 to 900] time for which it must be above."""
     stop_wind: float | None = Field(default=None, ge=0.0)
     """[m/s; 1 to 8] 30 s mean below which it stops; 0.8 of cut-in by default."""
     stop_time: float = Field(default=60.0, ge=0.0)
-    """[s; 5 to 1800] for which."""
+    """[s; 5 to 1800] time for which it must be below."""
     cut_out_mean: float | None = Field(default=None, gt=0.0)
     """[m/s; 12 to 40] 10 min mean above which it stops; 1.04 of cut-out by default: turbulence about cut-out stays
     below."""
@@ -52,43 +52,43 @@ class Supervision(Record):
     restart_wind: float | None = Field(default=None, gt=0.0)
     """[m/s; 10 to 40] 30 s mean below which it may start; 0.88 of cut-out by default."""
     restart_time: float = Field(default=60.0, ge=0.0)
-    """[s; 10 to 3600] for which, after a stop."""
+    """[s; 10 to 3600] time for which it must be below, after a stop."""
     mean_window: float = Field(default=600.0, gt=0.0, le=3600.0)
-    """[s; 60 to 3600] of the long mean, which moves in steps of a 600th of it."""
+    """[s; 60 to 3600] averaging time of the long mean, which moves in steps of a 600th of it."""
     wind_window: float = Field(default=30.0, gt=0.0, le=3600.0)
-    """[s; 5 to 300] of the mean."""
+    """[s; 5 to 300] averaging time of the mean."""
     gust_window: float = Field(default=3.0, gt=0.0, le=3600.0)
-    """[s; 0.5 to 20] of the gust."""
+    """[s; 0.5 to 20] averaging time of the gust."""
 
     start_pitch: float = Field(default=0.5, ge=0.0, lt=1.6)
-    """[rad; 0.2 to 1.2] the lowest at standstill, which falls in proportion to speed: at low tip-speed ratios fine
-    pitch stalls."""
+    """[rad; 0.2 to 1.2] lowest pitch at standstill, which falls in proportion to the speed: at low tip-speed ratios
+    the rotor stalls at fine pitch."""
     start_ratio: float = Field(default=5.0, gt=0.0)
     """Tip-speed ratio at which the lowest pitch is that of the law [-; 2 to 12]."""
     start_rate: float | None = Field(default=None, gt=0.0, le=2.0)
-    """[rad/s; 0.002 to 0.5] of the pitch during start-up; 2 deg/s by default, or what the actuator can do."""
+    """[rad/s; 0.002 to 0.5] pitch rate during start-up; 2 deg/s by default, at most that of the actuator."""
     start_acceleration: float | None = Field(default=None, gt=0.0)
-    """[rad/s^2] of the generator, by which the reference of the speed rises; to connection in 30 s by default."""
+    """[rad/s^2] acceleration of the reference of the generator speed; by default connection after 30 s."""
     connect_speed: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the generator; where the law's torque begins by default."""
+    """[rad/s] generator speed at the connection; by default that at which the law's torque begins."""
     connect_time: float = Field(default=10.0, gt=0.0)
-    """[s; 1 to 120] in which the limit of the torque rises from zero to the largest torque."""
+    """[s; 1 to 120] time in which the limit of the torque rises from zero to the largest torque."""
     start_limit: float = Field(default=600.0, gt=0.0)
-    """[s; 60 to 3600] that a start-up may take."""
+    """[s; 60 to 3600] longest duration of a start-up."""
 
     feather: float | None = Field(default=None, gt=-1.6, lt=3.2)
     """[rad; 1 to 1.7] pitch at rest; the largest of the collective law by default."""
     normal_rate: float | None = Field(default=None, gt=0.0, le=2.0)
-    """[rad/s; 0.01 to 1] at a normal stop; 4 deg/s by default, or what the actuator can do."""
+    """[rad/s; 0.01 to 1] pitch rate at a normal stop; 4 deg/s by default, at most that of the actuator."""
     emergency_rate: float | None = Field(default=None, gt=0.0, le=2.0)
-    """[rad/s; 0.02 to 2] at an emergency stop; 7 deg/s by default, or what the actuator can do."""
+    """[rad/s; 0.02 to 2] pitch rate at an emergency stop; 7 deg/s by default, at most that of the actuator."""
     emergency_torque: bool = True
-    """Whether the generator brakes at an emergency stop while there is a grid; else its torque falls to zero at the
-    rate limit of the law, not at once as when the grid is lost."""
+    """The generator brakes at an emergency stop while there is a grid; otherwise its torque falls to zero at the rate
+    limit of the law, not at once as when the grid is lost."""
     brake: float = Field(default=1.0, ge=0.0, le=1.0)
     """Share of the full brake at an emergency stop; 0: none."""
     brake_speed: float = Field(default=0.1, ge=0.0, lt=2.0)
-    """Share of rated speed below which it is applied [-; 0.01 to 1]."""
+    """Share of rated speed below which the brake is applied [-; 0.01 to 1]."""
     idle_speed: float = Field(default=0.15, gt=0.0, lt=1.0)
     """Share of rated speed below which a stopped turbine idles [-; 0.05 to 0.6]."""
 
@@ -99,25 +99,25 @@ class Supervision(Record):
     over_power: float = Field(default=1.2, gt=1.0, lt=10.0)
     """Share of rated power above which it stops."""
     power_time: float = Field(default=1.0, ge=0.0)
-    """[s; 0.05 to 60] for which."""
+    """[s; 0.05 to 60] time for which it must be above."""
     speed_difference: float = Field(default=0.05, gt=0.0)
-    """Share of rated speed by which the sensors of rotor and generator may differ [-; 0.01 to 0.3]."""
+    """Permitted difference of the sensors of rotor and generator speed, as a share of rated speed [-; 0.01 to 0.3]."""
     sensor_time: float = Field(default=0.5, ge=0.0)
-    """[s; 0.02 to 10] for which they may differ by more."""
+    """[s; 0.02 to 10] time for which they may differ by more."""
     frozen_time: float = Field(default=2.0, gt=0.0)
-    """[s; 0.1 to 60] for which the generator's speed may stay the same to the last bit while the rotor's changes."""
+    """[s; 0.1 to 60] time for which the measured generator speed may be constant while the rotor speed changes."""
     pitch_difference: float = Field(default=math.radians(5.0), gt=0.0)
-    """[rad; 0.01 to 0.5] by which a blade may be off its demand."""
+    """[rad; 0.01 to 0.5] permitted difference of a blade's pitch from its demand."""
     pitch_time: float = Field(default=1.0, ge=0.0)
-    """[s; 0.05 to 20] for which it may be off by more."""
+    """[s; 0.05 to 20] time for which it may differ by more."""
     acceleration: float = Field(default=3.0, gt=0.0)
-    """[m/s^2; 0.5 to 20] of the tower top, horizontal, above which it stops."""
+    """[m/s^2; 0.5 to 20] horizontal acceleration of the tower top above which it stops."""
 
     region_time: float = Field(default=5.0, ge=0.0)
-    """[s; 0.2 to 60] for which the law must be in another region before the state follows; it changes nothing but the
-    state."""
+    """[s; 0.2 to 60] time for which the law must be in another region before the state follows; it has no other
+    effect."""
     derate_rate: float = Field(default=0.1, gt=0.0)
-    """[1/s; 0.005 to 2] share of rated power a second by which the set-point follows the operator's limit."""
+    """[1/s; 0.005 to 2] rate at which the set-point follows the operator's limit, as a share of rated power."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -60,55 +60,55 @@ class MachineState(Table):
 class SupervisorState(Table, title="supervisor"):
     """Settings and state."""
 
-    reference: float = number("rad/s", "of the pitch loop, of the generator")
-    minimum_pitch: float = number("rad", "of the collective law")
-    rate: Numbers = numbers("rad/s", "of the pitch", t.RATES)
-    rated_power: float = number("W", "mechanical, of the law")
-    efficiency: float = number("-", "of the generator")
+    reference: float = number("rad/s", "reference speed of the pitch loop, of the generator")
+    minimum_pitch: float = number("rad", "minimum pitch of the collective law")
+    rate: Numbers = numbers("rad/s", "pitch rates", t.RATES)
+    rated_power: float = number("W", "rated mechanical power of the law")
+    efficiency: float = number("-", "efficiency of the generator")
     gear_ratio: float = number("-", "generator speed over rotor speed")
-    connect_speed: float = number("rad/s", "at which the generator connects, and below which a stop leaves no torque")
-    start_acceleration: float = number("rad/s^2", "of the reference")
-    start_pitch: float = number("rad", "lowest at standstill")
-    start_ratio: float = number("rad/m", "generator speed over wind speed from which the pitch may be the law's lowest")
-    connect_time: float = number("s", "in which the torque is allowed")
+    connect_speed: float = number("rad/s", "speed at which the generator connects and a stop ends the torque")
+    start_acceleration: float = number("rad/s^2", "acceleration of the reference speed during a start")
+    start_pitch: float = number("rad", "lowest pitch at standstill")
+    start_ratio: float = number("rad/m", "generator speed over wind speed from which the law may use its minimum pitch")
+    connect_time: float = number("s", "time in which the torque limit rises after the connection")
     feather: float = number("rad", "pitch at rest")
-    brake: float = number("-", "share of the full brake")
-    brake_speed: float = number("rad/s", "below which it is applied")
+    brake: float = number("-", "share of the full brake torque")
+    brake_speed: float = number("rad/s", "speed below which the brake is applied")
     emergency_torque: float = number("-", "1: the generator brakes at an emergency stop")
-    derate_rate: float = number("W/s", "of the set-point, for the operator")
-    auto_start: float = number("-", "1: starts by itself")
-    latching: float = number("-", "1: stops for protection last")
-    strategy: float = number("-", "of yaw protection: 0 ignore, 1 stop, 2 derate")
-    yaw_latching: float = number("-", "1: its stops last")
-    yaw_power: float = number("W", "mechanical, while derated for yaw")
-    yaw_rate: float = number("W/s", "of its set-point")
-    recheck_time: float = number("s", "of yaw protection")
+    derate_rate: float = number("W/s", "rate limit of the operator's set-point")
+    auto_start: float = number("-", "1: starts without a request")
+    latching: float = number("-", "1: stops for protection last until a request")
+    strategy: float = number("-", "strategy of yaw protection: 0 ignore, 1 stop, 2 derate")
+    yaw_latching: float = number("-", "1: stops of yaw protection last until a request")
+    yaw_power: float = number("W", "mechanical power while derated for yaw")
+    yaw_rate: float = number("W/s", "rate limit of the set-point of yaw protection")
+    recheck_time: float = number("s", "time of yaw protection from derating to the recheck")
     follow: float = number("-", "1: the yaw drive is demanded")
     operation: MachineState = part(MachineState, "operation", prefix="")
     protection: MachineState = part(MachineState, "yaw protection", prefix="yaw")
     operator_power: float = number("W", "state: set-point for the operator")
     protected_power: float = number("W", "state: set-point for yaw protection")
-    share: float = number("-", "state: of the largest torque that is allowed")
+    share: float = number("-", "state: permitted share of the largest torque")
     lowering: float = number("-", "state: 1 while a start lowers the pitch, before the law has it")
     stop_torque: float = number("N m", "state: when the stop began")
     stop_speed: float = number("rad/s", "state: of the generator, when the stop began")
-    latched: float = number("-", "state: 1 while a stop lasts")
-    word: float = number("-", "state: last operator request")
-    fresh: float = number("-", 'state: 1 if the operator said "start" since the last stop')
-    last_speed: float = number("rad/s", "state: of the generator at the last call")
-    last_rotor: float = number("rad/s", "state: of the rotor at the last call")
-    frozen: float = number("s", "state: for which the generator's speed has not changed")
-    derates: float = number("-", "state: how often yaw protection derated")
-    threshold: float = number("rad", "state: of the yaw error")
+    latched: float = number("-", "state: 1 while a stop lasts until a request")
+    last_request: float = number("-", "state: last operator request")
+    start_requested: float = number("-", 'state: 1 if the operator requested "start" since the last stop')
+    last_speed: float = number("rad/s", "state: generator speed at the last call")
+    last_rotor: float = number("rad/s", "state: rotor speed at the last call")
+    frozen: float = number("s", "state: time since the last change of the measured generator speed")
+    derates: float = number("-", "state: number of deratings by yaw protection")
+    threshold: float = number("rad", "state: threshold of the yaw error")
     gust: float = number("m/s", "state: short mean of the wind")
     wind: float = number("m/s", "state: mean of the wind")
     mean_wind: float = number("m/s", "state: long mean of the wind")
     protection_wind: float = number("m/s", "state: mean of the wind for the threshold")
 
     limit: Numbers = numbers("-", "limits of the conditions", t.CONDITION)
-    hold: Numbers = numbers("s", "for which a condition has to hold", t.CONDITION)
+    hold: Numbers = numbers("s", "time for which a condition has to hold", t.CONDITION)
     count: Numbers = numbers("-", "calls for which a condition has held", t.CONDITION)
-    holds: Numbers = numbers("-", "1 where a condition holds, for as long as it has to", t.CONDITION)
+    holds: Numbers = numbers("-", "1 where a condition has held for this time", t.CONDITION)
     now: t.Quantities = part(t.Quantities, "what conditions compare")
     log: Log = part(Log, "transitions")
 
@@ -162,7 +162,7 @@ RATE_LAW = t.RATES.index("law")
 OPERATION, YAW_PROTECTION = range(2)
 """Machines, as the log numbers them."""
 M_TORQUE, M_PITCH, M_RATE, M_BRAKE, M_YAW = range(t.MODES.shape[1])
-WORD_START, WORD_STOP, WORD_EMERGENCY = (REQUESTS.index(word) for word in ("start", "normal_stop", "emergency_stop"))
+REQUEST_START, REQUEST_STOP, REQUEST_EMERGENCY = map(REQUESTS.index, ("start", "normal_stop", "emergency_stop"))
 N_CONDITIONS, N_YAW = len(t.CONDITIONS), t.YAW_CONDITIONS
 NEVER = 1e30
 """In the place of an infinite limit."""
@@ -278,17 +278,17 @@ def quantities(x: SupervisedState, call: Call) -> None:  # noqa: C901 - one line
         now.time_over = 1.0
     if state == STANDBY:
         now.standing_by = 1.0
-    word = whole(measured.request)
-    if word != whole(supervisor.word):
-        if word == WORD_START:
-            supervisor.fresh = 1.0
-        supervisor.word = float(word)
-    now.emergency_word, now.stop_word, now.may_start = 0.0, 0.0, 0.0
-    if word == WORD_EMERGENCY:
-        now.emergency_word = 1.0
-    elif word == WORD_STOP:
-        now.stop_word = 1.0
-    elif supervisor.fresh > 0.5 or (supervisor.latched < 0.5 and supervisor.auto_start > 0.5):
+    request = whole(measured.request)
+    if request != whole(supervisor.last_request):
+        if request == REQUEST_START:
+            supervisor.start_requested = 1.0
+        supervisor.last_request = float(request)
+    now.emergency_request, now.stop_request, now.may_start = 0.0, 0.0, 0.0
+    if request == REQUEST_EMERGENCY:
+        now.emergency_request = 1.0
+    elif request == REQUEST_STOP:
+        now.stop_request = 1.0
+    elif supervisor.start_requested > 0.5 or (supervisor.latched < 0.5 and supervisor.auto_start > 0.5):
         now.may_start = 1.0
     now.grid = measured.grid
     now.speed = call.speed
@@ -348,7 +348,7 @@ def begin_state(x: SupervisedState, state: int, call: Call) -> None:
     """Actions at the entry of a state of operation."""
     supervisor, law, demands = x.supervisor, x.load.collective, call.demands
     if state == START_UP:
-        supervisor.share, law.torque, supervisor.latched, supervisor.fresh = 0.0, 0.0, 0.0, 0.0
+        supervisor.share, law.torque, supervisor.latched, supervisor.start_requested = 0.0, 0.0, 0.0, 0.0
         mean = 0.0
         for b in range(call.blades):
             mean = mean + demands.pitch[b] / call.blades
@@ -359,7 +359,8 @@ def begin_state(x: SupervisedState, state: int, call: Call) -> None:
     if state == CONNECTION:
         law.torque = 0.0
     if state in (NORMAL_STOP, EMERGENCY_STOP):
-        supervisor.stop_torque, supervisor.stop_speed, supervisor.fresh = demands.generator_torque, call.speed, 0.0
+        supervisor.stop_torque, supervisor.stop_speed = demands.generator_torque, call.speed
+        supervisor.start_requested = 0.0
     if state == STANDBY:
         supervisor.latched = 0.0
 
@@ -600,7 +601,7 @@ def SupervisedController(
         supervisor.operation.state = _first_state(turbine, settings, values, start)
         supervisor.latched = float(settings.begin == "idling")
         supervisor.share = float(supervisor.operation.state >= CONNECTION)
-        supervisor.word = -1.0
+        supervisor.last_request = -1.0
         return x
 
     anywhere = StartPoint(wind_speed=0.0, generator_speed=0.0, pitch=0.0, generator_torque=0.0)

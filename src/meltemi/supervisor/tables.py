@@ -71,103 +71,103 @@ class Quantities(Table, title="quantities of the supervisor"):
 
     yaw_error: float = number("rad", "filtered yaw error, absolute")
     producing: float = number("-", "1 while the generator is connected")
-    derate: float = number("-", "1 if the strategy of yaw protection is to derate and look again")
+    derate: float = number("-", "1 if the strategy of yaw protection is to derate and recheck")
     stop: float = number("-", "1 if it is to stop at once")
     time_over: float = number("-", "1 when the recheck is due")
     standing_by: float = number("-", "1 in standby")
     yaw_state: float = number("-", "number of the state of yaw protection")
-    emergency_word: float = number("-", "1 while the operator's last word is emergency_stop")
-    stop_word: float = number("-", "1 while it is normal_stop")
+    emergency_request: float = number("-", "1 while the last request of the operator is emergency_stop")
+    stop_request: float = number("-", "1 while it is normal_stop")
     may_start: float = number("-", "1 if neither a latch nor the operator forbids a start")
     grid: float = number("-", "1 while there is a grid")
-    speed: float = number("rad/s", "of the generator, the larger of both sensors")
-    difference: float = number("rad/s", "between both sensors of speed, on the generator's side")
-    frozen: float = number("s", "for which the generator's speed has not changed while the rotor's has")
+    speed: float = number("rad/s", "generator speed, the larger one of both sensors")
+    difference: float = number("rad/s", "difference of both speed sensors, on the generator's side")
+    frozen: float = number("s", "time for which the generator's speed has not changed while the rotor's has")
     pitch_gap: float = number("rad", "largest difference of demanded and measured pitch")
-    power: float = number("W", "electrical")
-    acceleration: float = number("m/s^2", "of the tower top, horizontal")
-    gust: float = number("m/s", "wind, short mean")
-    wind: float = number("m/s", "wind, 30 s mean")
-    mean_wind: float = number("m/s", "wind, 10 min mean")
-    start_time: float = number("s", "since the start-up began")
-    share: float = number("-", "of the torque that is allowed; 0 while the law would hold power below rated speed")
-    region: float = number("-", "of the collective law: 1 maximum power, 2 speed limit, 3 power limit")
-    feathered: float = number("rad", "demanded pitch, smallest of the blades")
+    power: float = number("W", "electrical power")
+    acceleration: float = number("m/s^2", "horizontal acceleration of the tower top")
+    gust: float = number("m/s", "short mean of the wind")
+    wind: float = number("m/s", "30 s mean of the wind")
+    mean_wind: float = number("m/s", "10 min mean of the wind")
+    start_time: float = number("s", "time since the start-up began")
+    share: float = number("-", "permitted share of the torque; 0 while the law would hold power below rated speed")
+    region: float = number("-", "region of the collective law: 1 maximum power, 2 speed limit, 3 power limit")
+    feathered: float = number("rad", "smallest pitch demand of the blades")
 
 
 _CONDITIONS = """
-yaw_exceeded   | yaw_error      | above | yaw_threshold    | 0            | yes
-producing      | producing      | above | 0.5              | 0            | no
-derates        | derate         | above | 0.5              | 0            | no
-stops          | stop           | above | 0.5              | 0            | no
-time_over      | time_over      | above | 0.5              | 0            | no
-restarted      | standing_by    | above | 0.5              | 0            | no
-yaw_shutdown   | yaw_state      | above | 2.5              | 0            | yaw
-emergency_word | emergency_word | above | 0.5              | 0            | yes
-stop_word      | stop_word      | above | 0.5              | 0            | no
-may_start      | may_start      | above | 0.5              | 0            | no
-grid_lost      | grid           | below | 0.5              | 0            | no
-trip_speed     | speed          | above | trip_speed       | 0            | yes
-over_speed     | speed          | above | over_speed       | 0            | yes
-speed_sensors  | difference     | above | speed_difference | sensor_time  | yes
-frozen         | frozen         | above | frozen_time      | 0            | yes
-pitch_gap      | pitch_gap      | above | pitch_difference | pitch_time   | yes
-over_power     | power          | above | over_power       | power_time   | yes
-tower          | acceleration   | above | acceleration     | 0            | yes
-gust           | gust           | above | cut_out_gust     | 0            | no
-wind_high      | wind           | above | cut_out_wind     | 0            | no
-mean_high      | mean_wind      | above | cut_out_mean     | 0            | no
-wind_low       | wind           | below | stop_wind        | stop_time    | no
-wind_enough    | wind           | above | start_wind       | start_time   | no
-wind_under     | wind           | below | restart_wind     | 0            | no
-wind_fit       | wind           | below | restart_wind     | restart_time | no
-slow_start     | start_time     | above | start_limit      | 0            | no
-connect_speed  | speed          | above | connect_speed    | 0            | no
-joined         | share          | above | 0.9999999        | 0            | no
-speed_region   | region         | above | 1.5              | region_time  | no
-below_speed    | region         | below | 1.5              | region_time  | no
-power_region   | region         | above | 2.5              | region_time  | no
-below_power    | region         | below | 2.5              | region_time  | no
-feathered      | feathered      | above | feathered        | 0            | no
-slow           | speed          | below | idle_speed       | 0            | no
+yaw_exceeded      | yaw_error         | above | yaw_threshold    | 0            | yes
+producing         | producing         | above | 0.5              | 0            | no
+derates           | derate            | above | 0.5              | 0            | no
+stops             | stop              | above | 0.5              | 0            | no
+time_over         | time_over         | above | 0.5              | 0            | no
+restarted         | standing_by       | above | 0.5              | 0            | no
+yaw_shutdown      | yaw_state         | above | 2.5              | 0            | yaw
+emergency_request | emergency_request | above | 0.5              | 0            | yes
+stop_request      | stop_request      | above | 0.5              | 0            | no
+may_start         | may_start         | above | 0.5              | 0            | no
+grid_lost         | grid              | below | 0.5              | 0            | no
+trip_speed        | speed             | above | trip_speed       | 0            | yes
+over_speed        | speed             | above | over_speed       | 0            | yes
+speed_sensors     | difference        | above | speed_difference | sensor_time  | yes
+frozen            | frozen            | above | frozen_time      | 0            | yes
+pitch_gap         | pitch_gap         | above | pitch_difference | pitch_time   | yes
+over_power        | power             | above | over_power       | power_time   | yes
+tower             | acceleration      | above | acceleration     | 0            | yes
+gust              | gust              | above | cut_out_gust     | 0            | no
+wind_high         | wind              | above | cut_out_wind     | 0            | no
+mean_high         | mean_wind         | above | cut_out_mean     | 0            | no
+wind_low          | wind              | below | stop_wind        | stop_time    | no
+wind_enough       | wind              | above | start_wind       | start_time   | no
+wind_under        | wind              | below | restart_wind     | 0            | no
+wind_fit          | wind              | below | restart_wind     | restart_time | no
+slow_start        | start_time        | above | start_limit      | 0            | no
+connect_speed     | speed             | above | connect_speed    | 0            | no
+joined            | share             | above | 0.9999999        | 0            | no
+speed_region      | region            | above | 1.5              | region_time  | no
+below_speed       | region            | below | 1.5              | region_time  | no
+power_region      | region            | above | 2.5              | region_time  | no
+below_power       | region            | below | 2.5              | region_time  | no
+feathered         | feathered         | above | feathered        | 0            | no
+slow              | speed             | below | idle_speed       | 0            | no
 """
 """name, quantity, sense, limit, hold, latches."""
 
 _WORDS = """
-yaw_exceeded   | yaw error {value:.1f} deg above {limit:.1f} deg
-producing      | the generator is connected
-derates        | the strategy is to derate
-stops          | the strategy is to stop
-time_over      | the recheck is due
-restarted      | the turbine stands by again
-yaw_shutdown   | yaw protection
-emergency_word | the operator's emergency stop
-stop_word      | the operator's stop
-may_start      | free to start
-grid_lost      | the grid is lost
-trip_speed     | generator speed {value:.5g} rad/s above {limit:.5g} rad/s
-over_speed     | generator speed {value:.5g} rad/s above {limit:.5g} rad/s
-speed_sensors  | speed sensors differ by {value:.5g} rad/s
-frozen         | the generator's speed has not changed for {value:.1f} s
-pitch_gap      | a blade is {value:.1f} deg from its demand
-over_power     | power {value:.0f} kW above {limit:.0f} kW
-tower          | tower top accelerates by {value:.2f} m/s^2
-gust           | gust of {value:.1f} m/s above {limit:.1f} m/s
-wind_high      | wind of {value:.1f} m/s above {limit:.1f} m/s
-mean_high      | mean wind of {value:.1f} m/s above {limit:.1f} m/s
-wind_low       | wind of {value:.1f} m/s below {limit:.1f} m/s
-wind_enough    | wind of {value:.1f} m/s above {limit:.1f} m/s
-wind_under     | wind of {value:.1f} m/s below {limit:.1f} m/s
-wind_fit       | wind of {value:.1f} m/s below {limit:.1f} m/s
-slow_start     | no connection within {limit:.0f} s
-connect_speed  | generator speed {value:.5g} rad/s
-joined         | all of the torque is allowed
-speed_region   | the speed is at its limit
-below_speed    | the speed is below its limit
-power_region   | the power is at its set-point
-below_power    | the power is below its set-point
-feathered      | feathered
-slow           | generator speed {value:.5g} rad/s below {limit:.5g} rad/s
+yaw_exceeded      | yaw error {value:.1f} deg above {limit:.1f} deg
+producing         | the generator is connected
+derates           | the strategy is to derate
+stops             | the strategy is to stop
+time_over         | the recheck is due
+restarted         | the turbine stands by again
+yaw_shutdown      | yaw protection
+emergency_request | the operator's emergency stop
+stop_request      | the operator's stop
+may_start         | free to start
+grid_lost         | the grid is lost
+trip_speed        | generator speed {value:.5g} rad/s above {limit:.5g} rad/s
+over_speed        | generator speed {value:.5g} rad/s above {limit:.5g} rad/s
+speed_sensors     | speed sensors differ by {value:.5g} rad/s
+frozen            | the generator's speed has not changed for {value:.1f} s
+pitch_gap         | a blade is {value:.1f} deg from its demand
+over_power        | power {value:.0f} kW above {limit:.0f} kW
+tower             | tower top accelerates by {value:.2f} m/s^2
+gust              | gust of {value:.1f} m/s above {limit:.1f} m/s
+wind_high         | wind of {value:.1f} m/s above {limit:.1f} m/s
+mean_high         | mean wind of {value:.1f} m/s above {limit:.1f} m/s
+wind_low          | wind of {value:.1f} m/s below {limit:.1f} m/s
+wind_enough       | wind of {value:.1f} m/s above {limit:.1f} m/s
+wind_under        | wind of {value:.1f} m/s below {limit:.1f} m/s
+wind_fit          | wind of {value:.1f} m/s below {limit:.1f} m/s
+slow_start        | no connection within {limit:.0f} s
+connect_speed     | generator speed {value:.5g} rad/s
+joined            | all of the torque is allowed
+speed_region      | the speed is at its limit
+below_speed       | the speed is below its limit
+power_region      | the power is at its set-point
+below_power       | the power is below its set-point
+feathered         | feathered
+slow              | generator speed {value:.5g} rad/s below {limit:.5g} rad/s
 """
 
 _STATES = """
@@ -183,13 +183,13 @@ idling         | none | feather | normal    | free | follow | feathered, turns f
 """
 
 _TRANSITIONS = """
-running stopping | emergency_stop | emergency_word
+running stopping | emergency_stop | emergency_request
 running stopping | emergency_stop | trip_speed
 running stopping | emergency_stop | grid_lost
 running stopping | emergency_stop | speed_sensors
 running stopping | emergency_stop | frozen
 running stopping | emergency_stop | pitch_gap
-running          | normal_stop    | stop_word
+running          | normal_stop    | stop_request
 running          | normal_stop    | over_speed
 running          | normal_stop    | over_power
 running          | normal_stop    | tower

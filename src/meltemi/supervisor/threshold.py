@@ -36,19 +36,19 @@ class YawProtection(Record):
     thresholds: Vector = Field(default_factory=lambda: np.radians([60.0, 60.0, 45.0, 30.0]))
     """(n,) [rad] at the base points, not increasing."""
     window: float = Field(default=30.0, gt=0.0, le=3600.0)
-    """[s] over which the wind is averaged."""
+    """[s] averaging time of the wind."""
     filter_time: float = Field(default=1.0, ge=0.0)
-    """[s] time constant of the yaw error's low-pass; 0: none."""
+    """[s] time constant of the low-pass filter of the yaw error; 0: none."""
     strategy: Literal["derate", "stop", "ignore"] = "derate"
-    """Beyond the threshold: derate and look again, stop at once, or nothing."""
+    """Beyond the threshold: derate and recheck, stop at once, or do nothing."""
     power_limit: float | None = Field(default=None, ge=0.0)
-    """[W] electrical, of the derated turbine; two thirds of the rated power by default."""
+    """[W] electrical power of the derated turbine; two thirds of the rated power by default."""
     recheck_time: float = Field(default=90.0, gt=0.0)
-    """[s] after which the error is looked at again, once."""
+    """[s] time after which the error is checked again, once."""
     derate_rate: float = Field(default=0.1, gt=0.0)
-    """[1/s] share of rated power a second by which the set-point falls and rises."""
+    """[1/s] rate limit of the set-point, as a share of rated power."""
     latched: bool = True
-    """Whether a stop lasts until the operator requests "start"; else until the error is within the threshold."""
+    """A stop lasts until the operator requests "start"; otherwise until the error is within the threshold."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -76,9 +76,9 @@ class YawThreshold(Table):
     """Base points of the threshold."""
 
     stepwise: float = number("-", "1: stepwise law, 0: interpolated")
-    points: float = number("-", "base points; 0: no protection")
-    wind_speed: Numbers = series("m/s", "of the base points", "points")
-    threshold: Numbers = series("rad", "at the base points", "points")
+    points: float = number("-", "number of base points; 0: no protection")
+    wind_speed: Numbers = series("m/s", "wind speeds of the base points", "points")
+    threshold: Numbers = series("rad", "thresholds at the base points", "points")
 
 
 @kernel

@@ -1,12 +1,12 @@
 """``tune_baseline``: gains of the baseline controller from the aerodynamics of the turbine.
 
-First the rule of the law's authors:
+The rule of the authors of the law:
 
 The speed of the rotor under the pitch loop is an oscillator (Jonkman et al. 2009, section 7.3):
 
     I phi'' + N (-dP/dtheta) / Omega (K_P phi' + K_I phi) = 0       I: rotor and N^2 generator, N: gear ratio
 
-so a frequency w and a damping ratio zeta ask for
+so a frequency w and a damping ratio zeta require
 
     K_P = 2 I Omega zeta w / (N (-dP/dtheta)),    K_I = I Omega w^2 / (N (-dP/dtheta))
 
@@ -17,8 +17,8 @@ gains are halved.
 
 The frequency is that of the NREL 5 MW, 0.6 rad/s, scaled with the rated rotor speed: 2.1 revolutions per oscillation
 for any rotor. Lags of filter and actuator, wake, tower and blades, and constant power are not in the rule: scaled to
-15 MW its loop is unstable at rated wind. So the frequency is lowered until the loop keeps margins in the linear model
-of the turbine (``speed_loop``), with a low-pass that costs 7 deg of phase, and gains fall half as fast.
+15 MW its loop is unstable at rated wind. Therefore the frequency is lowered until the loop has margins in the linear
+model of the turbine (``speed_loop``), with a low-pass that costs 7 deg of phase, and gains fall half as fast.
 
 The optimal gain is torque over speed squared at the largest power coefficient, or at a given tip-speed ratio, limited
 such that rated power is not exceeded below rated speed.
@@ -53,19 +53,19 @@ from meltemi.turbine.power_turbine import AnyTurbine, PowerTurbine
 
 Float = NDArray[np.float64]
 
-FREQUENCY, OF_SPEED = 0.6, rpm(12.1)
-"""[rad/s] of the speed loop of the NREL 5 MW, and its rated rotor speed."""
+FREQUENCY, FREQUENCY_SPEED = 0.6, rpm(12.1)
+"""[rad/s] frequency of the speed loop of the NREL 5 MW, and its rated rotor speed."""
 DAMPING = 0.7
 POINTS = 8
 """Operating points from rated wind to cut-out."""
 AZIMUTHS = 4
 """Rotor positions in a third of a revolution over which the sensitivity is averaged."""
 STEP = math.radians(0.1)
-"""[rad] of pitch, to both sides."""
-ABOVE_RATED, CHECKED = 1.1, 4
+"""[rad] step of the pitch, to both sides."""
+ABOVE_RATED, MARGIN_POINTS = 1.1, 4
 """Lowest wind speed with margins over rated wind speed; operating points from there to cut-out."""
-SHARES = np.linspace(0.2, 1.0, 81)
-"""Of the frequency that are tried."""
+FREQUENCY_FRACTIONS = np.linspace(0.2, 1.0, 81)
+"""Fractions of the frequency that are tried."""
 SCHEDULE = 4.0
 """Halving pitch of the law over that of the sensitivity: 2 for a constant frequency, since the law schedules its whole
 demand; twice that, since margins grow with the wind."""
@@ -82,16 +82,16 @@ class BaselineTuning(Brief):
     """Gains of the baseline controller and the quantities behind them.
 
     Attributes:
-      control: of the turbine with the new gains.
-      frequency: [rad/s] of the speed loop, by (C-9b).
-      damping_ratio: of the speed loop.
-      inertia: [kg m^2] of rotor and generator about the shaft.
-      wind_speed: (n,) [m/s] of the operating points.
-      pitch: (n,) [rad].
-      sensitivity: (n,) [W/rad] of the power to pitch.
-      sensitivity_at_zero: [W/rad] of the linear fit at zero pitch.
-      tip_speed_ratio: of region 2, at minimum pitch.
-      power_coefficient: there, referred to the rotor radius without cone.
+      control: baseline control of the turbine with the new gains.
+      frequency: [rad/s] frequency of the speed loop, by (C-9b).
+      damping_ratio: damping ratio of the speed loop.
+      inertia: [kg m^2] inertia of rotor and generator about the shaft.
+      wind_speed: (n,) [m/s] wind speeds of the operating points.
+      pitch: (n,) [rad] pitch there.
+      sensitivity: (n,) [W/rad] sensitivity of the power to pitch.
+      sensitivity_at_zero: [W/rad] value of the linear fit at zero pitch.
+      tip_speed_ratio: tip-speed ratio of region 2, at minimum pitch.
+      power_coefficient: power coefficient there, referred to the rotor radius without cone.
     """
 
     control: BaselineControl
@@ -120,12 +120,12 @@ def tune_baseline(
     Speeds, limits and rated power are unchanged.
 
     Args:
-      turbine: of either kind.
-      frequency: [rad/s] of the speed loop, at most; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
-      damping_ratio: of the speed loop.
-      tip_speed_ratio: of region 2; by default that of the largest power coefficient.
+      turbine: turbine of either kind.
+      frequency: [rad/s] largest frequency of the loop; by default 0.6 rad/s times the rated rotor speed over 12.1 rpm.
+      damping_ratio: damping ratio of the speed loop.
+      tip_speed_ratio: tip-speed ratio of region 2; by default that of the largest power coefficient.
       margins: lower the frequency until the loop keeps phase and gain margin; without, the authors' rule as published.
-      options: of the model; dynamic stall is switched off.
+      options: options of the model; dynamic stall is switched off.
 
     Raises:
       InputError: a number is not above zero, the wind does not drive the rotor, the power does not decrease with
@@ -133,13 +133,13 @@ def tune_baseline(
     """
     reference = turbine.rated_rotor_speed
     if frequency is None:
-        frequency = FREQUENCY * reference / OF_SPEED
+        frequency = FREQUENCY * reference / FREQUENCY_SPEED
     numbers = {"frequency": frequency, "damping_ratio": damping_ratio, "tip_speed_ratio": tip_speed_ratio}
     for name, value in numbers.items():
         if value is not None and not value > 0.0:
             raise InputError(f"tune_baseline: {name} must be above zero, found {value!r}")
-    given = options or ModelOptions()
-    options = given
+    full_options = options or ModelOptions()
+    options = full_options
     if not isinstance(turbine, PowerTurbine):
         options = options.replace(stall="static", inflow="variable")
     model = build(turbine, options)
@@ -173,10 +173,12 @@ def tune_baseline(
         return control.replace(pitch=tuned, filter_frequency=corner, source=source)
 
     if margins:
-        full = build(turbine.replace(control=control), given)
-        above = [operating_point(full, float(u)) for u in np.linspace(ABOVE_RATED * rated, turbine.cut_out, CHECKED)]
+        full = build(turbine.replace(control=control), full_options)
+        above = [
+            operating_point(full, float(u)) for u in np.linspace(ABOVE_RATED * rated, turbine.cut_out, MARGIN_POINTS)
+        ]
         responses = speed_responses(full, above)
-        tried = (float(share * frequency) for share in SHARES)
+        tried = (float(share * frequency) for share in FREQUENCY_FRACTIONS)
         kept = list(takewhile(lambda w: keep_margins(speed_loops(law(w), above, responses)), tried))
         if not kept:
             raise InputError(
@@ -215,14 +217,14 @@ def _optimal(model: Model[Any], speed: float, wanted: float | None) -> tuple[flo
         return -torque(tip_ratio) * tip_ratio**3  # power over the cube of the wind speed
 
     best = wanted or float(minimize_scalar(lost, bounds=RATIOS, method="bounded", options={"xatol": 0.01}).x)
-    found = torque(best)
-    if found <= 0.0:
+    best_torque = torque(best)
+    if best_torque <= 0.0:
         raise InputError(f"tune_baseline: the wind does not drive the rotor of {turbine.name} at its smallest pitch")
-    return best, found / speed**2, found * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
+    return best, best_torque / speed**2, best_torque * speed / (0.5 * rho * math.pi * R**2 * (speed * R / best) ** 3)
 
 
 def rated_wind(model: Model[Any]) -> float:
-    """[m/s] rated wind speed, where the pitch leaves its minimum."""
+    """[m/s] rated wind speed: where the pitch leaves its minimum."""
     low, high = model.turbine.cut_in, model.turbine.cut_out
     smallest = model.turbine.control.pitch.minimum
     for _ in range(8):
@@ -247,7 +249,7 @@ def _sensitivity(model: Model[Any], point: OperatingPoint) -> float:
 
 
 def _inertia(model: Model[Any]) -> float:
-    """[kg m^2] of blades, hub and generator about the shaft."""
+    """[kg m^2] inertia of blades, hub and generator about the shaft."""
     if not isinstance(model.rotor, BladedRotor):
         assert isinstance(model.turbine, PowerTurbine)
         return model.turbine.drivetrain.inertia
@@ -256,7 +258,7 @@ def _inertia(model: Model[Any]) -> float:
 
 
 def rotor_inertia(model: BladedModel) -> float:
-    """[kg m^2] of blades and hub about the shaft."""
+    """[kg m^2] inertia of blades and hub about the shaft."""
     turbine = model.turbine
     nodes = View(BladeNode, model.rotor.blade_nodes)
     x, y, z = nodes["position"]

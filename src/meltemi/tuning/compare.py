@@ -38,7 +38,7 @@ Float = NDArray[np.float64]
 TRANSIENT = 100.0
 """[s] initial transient, excluded from the evaluation."""
 SHORTEST = 20.0
-"""[s] of evaluated time, needed to separate 1P and 2P."""
+"""[s] shortest evaluated time, needed to separate 1P and 2P."""
 FEWEST_SEGMENTS = 3
 """Smallest number of segments of a spectrum; short runs have a coarser resolution."""
 HALF_BAND = 0.25
@@ -57,12 +57,12 @@ class RunSummary:
 
     Attributes:
       numbers: quantities by window and name, SI.
-      spectra: by channel, after the transient.
-      ceilings: of RootMyc1, for removal of 1P and of 1P and 2P.
+      spectra: spectra by channel, after the transient.
+      ceilings: ideal removal of 1P, and of 1P and 2P, from RootMyc1.
       moment: (T,) RootMyc1 [N m] after the transient, as recorded.
-      ceilings_window: the same in each further window, by its name.
+      ceilings_window: ideal removal in each further window, by its name.
       result: the time series; None unless they are kept.
-      warnings: of the run.
+      warnings: warnings of the run.
     """
 
     numbers: Mapping[str, Mapping[str, float]]
@@ -83,12 +83,12 @@ class Comparison(Brief):
     """Control schemes in the same wind fields.
 
     Attributes:
-      schemes: names; the first is the reference of changes.
-      winds: labels, one for each seed.
-      seeds: of the winds; None for a wind without one.
+      schemes: names of the schemes; the first is the reference of changes.
+      winds: labels of the winds, one for each seed.
+      seeds: seeds of the winds; None for a wind without one.
       runs: ``runs[scheme][k]`` is the evaluation in wind k; the first one contains the time series.
-      windows: [s] by name; ``whole`` is the time after the transient.
-      quantities: that were evaluated.
+      windows: [s] begin and end of each window, by name; ``whole`` is the time after the transient.
+      quantities: evaluated quantities.
       failures: runs that did not reach their end. A wind in which a scheme failed is left out for all; a scheme that
         failed in every wind is left out.
     """
@@ -117,8 +117,8 @@ class Comparison(Brief):
         head = [f"{scheme} {name}".strip() for scheme, name in zip(spanned, head, strict=True)]
         sections = [Fold("Loads", rows, head, note=f"changes are against {self.schemes[0]}", open=True)]
         sections.append(Fold("Winds", [[label] for label in self.winds], ["wind"], note=str(len(self.winds))))
-        if said := self.warnings():
-            sections.append(Fold("Messages", [[words] for words in said], [""], open=True))
+        if warnings := self.warnings():
+            sections.append(Fold("Messages", [[words] for words in warnings], [""], open=True))
         if self.failures:
             facts.append(("excluded", badge(f"{len(self.failures)} runs", "bad")))
             sections.append(Fold("Excluded", [[failure_line(each)] for each in self.failures], [""]))
@@ -154,32 +154,35 @@ class Comparison(Brief):
 
     def ceiling_change(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """Change of RootMyc1 of the first scheme when 1P (``harmonics`` 1), or 1P and 2P (2), are removed ideally."""
-        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
-        return mean_interval([c.std_change if quantity == "std" else c.load_change for c in found])
+        return self._ceiling(harmonics, f"{quantity}_change", window)
 
     def ceiling_left(self, harmonics: int, quantity: Literal["std", "load"], window: str = WHOLE) -> MeanEstimate:
         """RootMyc1 [N m] after that removal, mean over seeds."""
-        found = [_limits(run, window)[harmonics - 1] for run in self.runs[self.schemes[0]]]
-        return mean_interval([c.std_left if quantity == "std" else c.load_left for c in found])
+        return self._ceiling(harmonics, f"{quantity}_left", window)
+
+    def _ceiling(self, harmonics: int, attribute: str, window: str) -> MeanEstimate:
+        runs = self.runs[self.schemes[0]]
+        ceilings = [run.ceilings if window == WHOLE else run.ceilings_window[window] for run in runs]
+        return mean_interval([getattr(pair[harmonics - 1], attribute) for pair in ceilings])
 
     def warnings(self) -> list[str]:
         """Warnings of the runs, one line per scheme."""
         lines = []
         for scheme, runs in self.runs.items():
-            told = [run.warnings for run in runs if run.warnings]
-            if told:
-                lines.append(f"scheme {scheme!r} in {len(told)} of {len(runs)} winds: {'; '.join(told[0])}")
+            warned = [run.warnings for run in runs if run.warnings]
+            if warned:
+                lines.append(f"scheme {scheme!r} in {len(warned)} of {len(runs)} winds: {'; '.join(warned[0])}")
         return lines
 
     def rotor_frequency(self) -> float:
-        """[Hz] of the first scheme in the first wind, after the transient."""
+        """[Hz] rotor frequency of the first scheme in the first wind, after the transient."""
         return rotor_frequency(self.results(self.schemes[0]).between(*self.windows[WHOLE]))
 
     def results(self, scheme: str) -> Result:
         """Time series in the first wind."""
-        found = self.runs[scheme][0].result
-        assert found is not None
-        return found
+        result = self.runs[scheme][0].result
+        assert result is not None
+        return result
 
 
 def compare(  # noqa: PLR0913 - options of a study, each with a default
@@ -197,14 +200,14 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
     """Simulate every controller in every wind, and evaluate the runs.
 
     Args:
-      model: of the turbine, with all actuators that a controller moves.
-      controllers: by name, or functions from a wind to a controller; the first is the reference of changes.
+      model: model of the turbine, with all actuators that a controller moves.
+      controllers: controllers by name, or functions from a wind to a controller; the first is the reference of changes.
       winds: one for each seed.
       duration: [s] of each run.
       transient: [s] initial transient, excluded from the evaluation.
       windows: [s] further evaluated parts, by name.
-      grid: with a power reference that all controllers follow.
-      workers: threads.
+      grid: grid with a power reference that all controllers follow.
+      workers: number of threads.
       progress: callback with the completed fraction.
 
     Raises:
@@ -228,7 +231,7 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
 
 
 class _Reducer:
-    """From results to summaries, with the series of the first wind in which no scheme fails only.
+    """Summaries of results; only those of the first wind in which no scheme fails have series.
 
     That wind may not be the first of all.
     """
@@ -266,11 +269,11 @@ def _comparison(
     whole = [k for k in range(len(winds)) if schemes and all(by_name[f"{k}:{s}"].ok for s in schemes)]
     if not whole:
         first = f"; first of {len(failures)} failures: {failure_line(failures[0])}" if failures else ""
-        raise InputError(f"compare: no wind was survived by all schemes{first}")
+        raise InputError(f"compare: in no wind did all schemes reach the end of their runs{first}")
 
     def summary(k: int, scheme: str) -> RunSummary:  # with the series in the first wind only
-        found: RunSummary = by_name[f"{k}:{scheme}"].value
-        return found if k == whole[0] else replace(found, result=None)
+        value: RunSummary = by_name[f"{k}:{scheme}"].value
+        return value if k == whole[0] else replace(value, result=None)
 
     return Comparison(
         schemes=tuple(schemes),
@@ -318,10 +321,10 @@ class SharedField:
 
     def __call__(self) -> Wind:
         with self.lock:
-            found = self.field or realised(self.wind, self.model.turbine, self.duration)
+            wind = self.field or realised(self.wind, self.model.turbine, self.duration)
             self.left -= 1
-            self.field = found if self.left else None
-            return found
+            self.field = wind if self.left else None
+            return wind
 
 
 def _cases(
@@ -340,10 +343,6 @@ def _cases(
         shared = SharedField(wind, model, duration, len(controllers))
         for scheme, controller in controllers.items():
             yield Run(model, shared, controller=controller, name=f"{k}:{scheme}", **given)
-
-
-def _limits(run: RunSummary, window: str) -> tuple[IdealRemoval, IdealRemoval]:
-    return run.ceilings if window == WHOLE else run.ceilings_window[window]
 
 
 def _summary(

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
     from meltemi.postprocess.ensemble import EnsembleTable
 
-FULL = 0.8
+GROUP_WIDTH = 0.8
 """Total width of the bars over the distance between groups."""
-ROOM = 0.2
-"""For the legend above the bars, over the height of the axes."""
+LEGEND_SPACE = 0.2
+"""Space for the legend above the bars, over the height of the axes."""
 
 
 def plot_changes(
@@ -34,12 +34,12 @@ def plot_changes(
     """Plot changes relative to the first scheme in percent, and absolute values of some quantities.
 
     Args:
-      table: of an ensemble.
-      quantities: of which changes are drawn.
-      absolute: drawn as values of all schemes, such as the travel of actuators, whose change may be many hundred
-        percent or of nothing.
-      units: by quantity the unit and the factor to it; those of ``absolute`` must have the same.
-      operation: of which changes are drawn in a panel of their own, such as power and speed beside loads.
+      table: table of an ensemble.
+      quantities: quantities whose changes are drawn.
+      absolute: quantities drawn as values of the schemes, such as the travel of actuators, whose change may be hundreds
+        of percent, or relative to zero.
+      units: unit and factor to it by quantity; those of ``absolute`` must have the same.
+      operation: quantities whose changes are drawn in a separate panel, such as power and speed beside loads.
 
     Raises:
       InputError: there is no second scheme, or a quantity is not in the table.
@@ -79,8 +79,8 @@ def _panels(main: int, beside: Sequence[int], below: bool) -> tuple[Any, list[An
 def _changes(ax: Axes, table: EnsembleTable, quantities: Sequence[str], colour: Mapping[str, str], title: str) -> None:
     """Bars of the changes [%] of quantities against the first scheme."""
     others = table.schemes[1:]
-    found = {s: [table.entry(q, s).change for q in quantities] for s in others}
-    bars = {s: [change_bar(c) for c in found[s]] for s in others}
+    changes = {s: [table.entry(q, s).change for q in quantities] for s in others}
+    bars = {s: [change_bar(c) for c in changes[s]] for s in others}
     _bars(ax, quantities, bars, colour)
     ax.axhline(0.0, color=INK, linewidth=0.9)
     _finish(ax, title, "%")
@@ -90,17 +90,14 @@ def _finish(ax: Axes, title: str, unit: str) -> None:
     panel(ax, title, unit)
     ax.grid(False, axis="x")
     low, high = ax.get_ylim()
-    ax.set_ylim(low, high + ROOM * (high - low))
+    ax.set_ylim(low, high + LEGEND_SPACE * (high - low))
     ax.legend(loc="upper right", ncols=3)
 
 
 def _bars(
-    ax: Axes,
-    names: Sequence[str],
-    bars: Mapping[str, Sequence[tuple[float, float]]],
-    colour: Mapping[str, str],
+    ax: Axes, names: Sequence[str], bars: Mapping[str, Sequence[tuple[float, float]]], colour: Mapping[str, str]
 ) -> None:
-    width = FULL / len(bars)
+    width = GROUP_WIDTH / len(bars)
     for i, (scheme, pairs) in enumerate(bars.items()):
         x = np.arange(len(names)) + (i - 0.5 * (len(bars) - 1)) * width
         mean, half = np.array(pairs).reshape(-1, 2).T

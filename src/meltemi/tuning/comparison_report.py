@@ -15,9 +15,9 @@ from meltemi.controllers.tuning import LoopTuning, TunedPoint
 from meltemi.postprocess.ensemble import CONFIDENCE
 from meltemi.report.palette import INK
 from meltemi.report.plots import ABOVE, new_figure, plot, readable_unit, save
-from meltemi.report.tables import number, write_csv
+from meltemi.report.tables import Rows, number, write_csv
 from meltemi.reports.blocks import Code, Document, Picture, Section, Table
-from meltemi.reports.ensemble_tables import OPEN, change_text, ensemble_rows, scheme_rows
+from meltemi.reports.ensemble_tables import UNDECIDED, change_text, ensemble_rows, scheme_rows
 from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
 from meltemi.reports.spectra_plots import plot_spectra
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SERIES_LENGTH = 60.0
-"""[s] of the time series in the figure."""
+"""[s] length of the time series in the figure."""
 SERIES = ("wind_x", "RootMyc1", "OoPDefl1", "pitch_1", "flap_1_angle_1", "generator_power")
 MAIN = (
     *("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", "Mtilt DEL", "Myaw DEL", "OoPDefl1 std", "TwrBsMyt DEL"),
@@ -38,7 +38,7 @@ MAIN = (
 )
 """Loads of the figure of changes."""
 OPERATION = ("power std", "rotor speed std", "tracking error")
-"""Further quantities of that figure, in a panel of their own."""
+"""Further quantities of that figure, in a separate panel."""
 DUTY = ("pitch travel", "flap travel")
 MOST_MEANS = 4
 """Largest number of schemes for which the table has means beside the changes."""
@@ -62,8 +62,8 @@ def notes(comparison: Comparison) -> str:
         sentences.append(f"Changes are against {base}, formed seed by seed{interval if several else ''}.")
     together = "; of all seeds: their damages together" if len(comparison.winds) > 1 else ""
     sentences.append(f"DEL: damage-equivalent load, 1 Hz, slope 10 for blades and 4 for steel{together}.")
-    if any(change_text(e.change) == OPEN for e in comparison.table()):
-        sentences.append(f"{OPEN}: of a change that {len(comparison.winds)} seeds do not tell from none.")
+    if any(change_text(e.change) == UNDECIDED for e in comparison.table()):
+        sentences.append(f"{UNDECIDED}: a change that {len(comparison.winds)} seeds do not distinguish from zero.")
     meanings = {STATISTIC.sub("", q.name): q.about for q in comparison.quantities if q.about}
     return " ".join([*sentences, "; ".join(f"{name}: {about}" for name, about in meanings.items()) + "."])
 
@@ -79,7 +79,7 @@ def by_blade(comparison: Comparison) -> bool:
     return any(differ(comparison.results(scheme)) for scheme in comparison.schemes)
 
 
-def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
+def ceiling_rows(comparison: Comparison) -> Rows:
     """Header and rows of ideal removal of 1P, and of 1P and 2P, and the share of it that each scheme reaches."""
     base, *others = comparison.schemes
     table, units = comparison.table(), comparison.units()
@@ -89,15 +89,15 @@ def ceiling_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
         for kind, quantity in JUDGED:
             change, left = comparison.ceiling_change(harmonics, kind), comparison.ceiling_left(harmonics, kind)
             unit, factor = units[quantity]
-            found = [table.entry(quantity, s).change for s in others]
-            shares = [100.0 * c.mean / change.mean if c and change.mean else math.nan for c in found]
+            changes = [table.entry(quantity, s).change for s in others]
+            shares = [100.0 * c.mean / change.mean if c and change.mean else math.nan for c in changes]
             before = table.entry(quantity, base).value.mean
             row = [removed, quantity, unit, number(before * factor), number(left.mean * factor), change_text(change)]
             rows.append([*row, *("-" if math.isnan(share) else str(round(share)) for share in shares)])
     return head, rows
 
 
-def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
+def seed_rows(comparison: Comparison) -> Rows:
     """Header and rows of all quantities by seed and scheme."""
     head = ["seed", "scheme", *(f"{q.name} [{q.unit}]" for q in comparison.quantities), "wind"]
     rows = []
@@ -109,7 +109,7 @@ def seed_rows(comparison: Comparison) -> tuple[list[str], list[list[str]]]:
     return head, rows
 
 
-def tuning_rows(tunings: Mapping[str, LoopTuning]) -> tuple[list[str], list[list[str]]]:
+def tuning_rows(tunings: Mapping[str, LoopTuning]) -> Rows:
     """Header and rows of every loop at every operating point: plant, margins, settings."""
     rows = []
     for name, tuning in tunings.items():
@@ -150,9 +150,9 @@ def sentence(comparison: Comparison) -> str:
         value = table.entry("RootMyc1 DEL", base).value.mean
         return f"{base}: equivalent load of the out-of-plane blade root moment {number(1e-3 * value)} kN m."
     changes = [f"by {change_text(table.entry('RootMyc1 DEL', s).change)} % with {s}" for s in others]
-    told = f"The equivalent load of the out-of-plane blade root moment changes, against {base}, {_list(changes)}."
+    text = f"The equivalent load of the out-of-plane blade root moment changes, against {base}, {_list(changes)}."
     ideal = change_text(comparison.ceiling_change(1, "load"))
-    return f"{told} With 1P removed ideally it would change by {ideal} %." if by_blade(comparison) else told
+    return f"{text} With 1P removed ideally it would change by {ideal} %." if by_blade(comparison) else text
 
 
 def _list(parts: list[str]) -> str:
@@ -172,11 +172,11 @@ def write_comparison(
     """Write tables, figures and the summary page of a comparison into a folder.
 
     Args:
-      comparison: from :func:`~meltemi.tuning.compare.compare`.
+      comparison: result of :func:`~meltemi.tuning.compare.compare`.
       out: folder, created if needed.
-      design: with gains and margins of the loops.
-      title: of the page.
-      facts: names and values below it.
+      design: design with gains and margins of the loops.
+      title: title of the page.
+      facts: names and values below the title.
       repeat: how to reproduce the comparison, such as a command line.
       footer: last line of the page.
 
@@ -239,7 +239,7 @@ def _sections(
     series = Picture(pictures["series"], f"{comparison.winds[0]}: the first evaluated minute.")
     ideal = IDEAL.format(rotor=comparison.rotor_frequency())
     removal = Section("Ideal removal of 1P and 2P", [ideal, Table(*ceiling_rows(comparison), text_columns=3)])
-    found = [
+    sections = [
         Section("Results", numbers),
         *([removal] if by_blade(comparison) else []),
         Section("Spectra", [spectra]),
@@ -247,10 +247,10 @@ def _sections(
     ]
     if "bode" in pictures:
         bode = Picture(pictures["bode"], "Gain, phase and sensitivity of the loops.")
-        found.append(Section("Gains and margins", [LOOPS, bode, *_tuning_tables(tunings)]))
+        sections.append(Section("Gains and margins", [LOOPS, bode, *_tuning_tables(tunings)]))
     if repeat:
-        found.append(Section("Reproduction", [Code(repeat)]))
-    return found
+        sections.append(Section("Reproduction", [Code(repeat)]))
+    return sections
 
 
 def _tuning_tables(tunings: Mapping[str, LoopTuning]) -> list[Table]:
@@ -284,7 +284,7 @@ def series_figure(comparison: Comparison) -> Figure:
     if "power_reference" in results[0]:
         ax = figure.axes[shown.index("generator_power")]
         _, factor = readable_unit(results[0].channel("generator_power"), *(r["generator_power"] for r in results))
-        asked = results[0]["power_reference"] * factor
-        (line,) = ax.plot(results[0].time, asked, "--", color=INK, linewidth=0.9, label="power reference")
+        reference = results[0]["power_reference"] * factor
+        (line,) = ax.plot(results[0].time, reference, "--", color=INK, linewidth=0.9, label="power reference")
         ax.legend(handles=[line], **ABOVE)
     return figure

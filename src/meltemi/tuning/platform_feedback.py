@@ -1,13 +1,13 @@
 """``tune_platform_feedback``: pitch of a floater's blades against the motion of its tower top.
 
-The speed loop answers to the wind relative to the rotor, so that it lets a platform that moves upwind have less thrust.
+The speed loop responds to the wind relative to the rotor, so the thrust decreases while the platform moves upwind.
 The rule: the pitch from the velocity of the tower top is what the steady pitch has from the wind speed,
 
     k_m = d theta / d V,     theta(V) steady, from 1.1 times rated wind to cut-out, by least squares          (C-9h)
 
 with which a slow motion has the pitch of the wind alone; or three, two, one fourth of it, until in the linear model
-under the law the platform's motion in pitch has no less damping at any of these wind speeds than without. The tower top
-is seen about the platform's natural frequency in pitch.
+under the law the platform's motion in pitch has no less damping at any of these wind speeds than without. A band-pass
+about the platform's natural frequency in pitch filters the motion of the tower top.
 
 Reference: docs/theory/control.md (C-9g, C-9h).
 """
@@ -27,15 +27,15 @@ from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import operating_point
-from meltemi.tuning.baseline_tuning import ABOVE_RATED, CHECKED, rated_wind
+from meltemi.tuning.baseline_tuning import ABOVE_RATED, MARGIN_POINTS, rated_wind
 from meltemi.tuning.speed_loop import region_3
 from meltemi.turbine.definition import BaselineControl
 
 Float = NDArray[np.float64]
 PITCH = "base pitch"
-SHARES = 1.0, 0.75, 0.5, 0.25
-"""Of the slope of the steady pitch that are tried."""
-NEAR, LEVER = 8, 100.0
+SLOPE_FRACTIONS = 1.0, 0.75, 0.5, 0.25
+"""Fractions of the slope of the steady pitch that are tried."""
+EIGENVALUES, LEVER = 8, 100.0
 """Eigenvalues next to the platform's frequency among which its motion in pitch is sought, and a length [m] by which
 rotations are compared with displacements."""
 
@@ -45,11 +45,11 @@ class PlatformFeedback(Brief):
     """Feedback of a platform's motion and what it does.
 
     Attributes:
-      control: of the turbine with the feedback.
-      gain: [rad s/m] of pitch from the velocity of the tower top.
-      frequency: [rad/s] about which it is seen.
-      wind_speed: (n,) [m/s] of the operating points.
-      damping, damping_without: (n,) ratio of the platform's motion in pitch there, under the law with and without it.
+      control: control of the turbine with the feedback.
+      gain: [rad s/m] gain from the velocity of the tower top to pitch.
+      frequency: [rad/s] centre of the band-pass of the motion.
+      wind_speed: (n,) [m/s] wind speeds of the operating points.
+      damping, damping_without: (n,) damping ratio of the platform's motion in pitch, under the law with and without it.
     """
 
     control: BaselineControl
@@ -70,7 +70,7 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
     turbine = model.turbine
     if getattr(turbine, "platform", None) is None:
         raise InputError(f"tune_platform_feedback: {turbine.name} does not float: it has no platform")
-    speeds = np.linspace(ABOVE_RATED * rated_wind(model), turbine.cut_out, CHECKED)
+    speeds = np.linspace(ABOVE_RATED * rated_wind(model), turbine.cut_out, MARGIN_POINTS)
     points = [operating_point(model, float(u)) for u in speeds]
     slope = float(np.polyfit(speeds, [point.pitch for point in points], 1)[0])
     swings = [mode.frequency for mode in natural_modes(model) if mode.name == PITCH]
@@ -86,10 +86,10 @@ def tune_platform_feedback(model: Model[Any]) -> PlatformFeedback:
         return control, np.array([pitch_damping(each, control, frequency) for each in linear])
 
     _, without = damping(0.0)
-    for share in SHARES:
-        control, found = damping(share)
-        if np.all(found >= without):
-            return PlatformFeedback(control, share * slope, frequency, speeds, found, without)
+    for share in SLOPE_FRACTIONS:
+        control, damped = damping(share)
+        if np.all(damped >= without):
+            return PlatformFeedback(control, share * slope, frequency, speeds, damped, without)
     raise InputError(
         f"tune_platform_feedback: no gain adds damping to the platform of {turbine.name} at all wind speeds above "
         "rated: slow its speed loop first (tune_baseline with a lower frequency)"
@@ -106,7 +106,7 @@ def pitch_damping(linear: LinearModel, law: BaselineControl, frequency: float) -
     factors = lu_factor(A - shift * np.eye(len(A)))
     inverse = LinearOperator(A.shape, matvec=lambda x: lu_solve(factors, x), dtype=np.complex128)
     start = np.ones(len(A), dtype=np.complex128)
-    values, vectors = eigs(inverse, k=NEAR, v0=start)
+    values, vectors = eigs(inverse, k=EIGENVALUES, v0=start)
     base = [i for i, name in enumerate(linear.states) if name.startswith("q base")]
     lever = np.array([1.0 if linear.state_units[i] == "m" else LEVER for i in base])[:, None]
     motions = np.abs(vectors[base]) * lever
@@ -123,10 +123,10 @@ def under(linear: LinearModel, law: BaselineControl) -> Float:
     """
     p, filtered, w = law.pitch, law.filter_frequency, law.pitch.motion_frequency
     slope, divisor = region_3(law, linear.point)
-    own, sensed, demand = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
-    own[0, 0], own[1, 0] = -filtered, 1.0
-    own[2, 2], own[3, 2], own[3, 3] = -w / MOTION_BAND, w * MOTION_BAND, -w * MOTION_BAND
+    law_matrix, sensed, demand = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
+    law_matrix[0, 0], law_matrix[1, 0] = -filtered, 1.0
+    law_matrix[2, 2], law_matrix[3, 2], law_matrix[3, 3] = -w / MOTION_BAND, w * MOTION_BAND, -w * MOTION_BAND
     sensed[0, 0], sensed[2, 1] = filtered, 1.0
     demand[0, 0] = slope
     demand[1] = p.proportional_gain / divisor, p.integral_gain / divisor, 0.0, p.motion_gain
-    return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, own + sensed @ linear.D @ demand]])
+    return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, law_matrix + sensed @ linear.D @ demand]])

@@ -50,7 +50,12 @@ def followed_grid(text: str | None, names: Iterable[str], rated_power: float) ->
     """
     if text is None:
         return None
-    check_followers(names)
+    for name in names:
+        if isinstance(specification(name), BaselineCase | SupervisedCase | FixedCase):
+            raise InputError(
+                f"--power: the controller {name!r} does not follow a power reference; name some of A0, A1, A2, A3, "
+                "or a user's controller"
+            )
     return power_grid(text, rated_power)
 
 
@@ -59,20 +64,6 @@ def _share(text: str, where: str) -> float:
     if not 0.0 < share <= 1.0:
         raise InputError(f"{where}: a power reference of {text.strip()}: expected a share of rated power, 0 to 1")
     return share
-
-
-def check_followers(names: Iterable[str]) -> None:
-    """Test that controllers follow a power reference, as far as it is known.
-
-    Raises:
-      InputError: one of meltemi's does not.
-    """
-    for name in names:
-        if isinstance(specification(name), BaselineCase | SupervisedCase | FixedCase):
-            raise InputError(
-                f"--power: the controller {name!r} does not follow a power reference; name some of A0, A1, A2, A3, "
-                "or a controller of your own"
-            )
 
 
 def tracking_error(result: Result) -> float:

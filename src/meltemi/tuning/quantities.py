@@ -28,8 +28,8 @@ class Quantity:
     Attributes:
       name: begins with OpenFAST's name of the channel.
       unit: engineering unit.
-      factor: from SI to that unit.
-      of: its value in SI from a result.
+      factor: factor from SI to that unit.
+      of: function from a result to the value in SI.
       slope: m of the S-N curve if it is an equivalent load.
       about: description.
     """
@@ -44,13 +44,9 @@ class Quantity:
 
 def hub_moments(result: Result) -> tuple[Float, Float]:
     """(T,) tilt and yaw moment on the hub [N m], from the blades' out-of-plane root moments: sum M_i cos psi_i, sin."""
-    names = [name for name in ("RootMyc1", "RootMyc2", "RootMyc3") if name in result]
-    angles = [result["azimuth"] + 2.0 * pi * i / len(names) for i in range(len(names))]
-    tilt, yaw = np.zeros(len(result.time)), np.zeros(len(result.time))
-    for name, angle in zip(names, angles, strict=True):
-        tilt += result[name] * np.cos(angle)
-        yaw += result[name] * np.sin(angle)
-    return tilt, yaw
+    moments = np.stack([result[name] for name in ("RootMyc1", "RootMyc2", "RootMyc3") if name in result])
+    angles = np.stack([result["azimuth"] + 2.0 * pi * i / len(moments) for i in range(len(moments))])
+    return (moments * np.cos(angles)).sum(axis=0), (moments * np.sin(angles)).sum(axis=0)
 
 
 def _travel(result: Result, beginning: str) -> float:
@@ -102,7 +98,7 @@ QUANTITIES: tuple[Quantity, ...] = (
     *_quantities("power", "mean std", "W", "electrical"),
     *_quantities("rotor speed", "std", "rad/s"),
     Quantity("pitch travel", *_RATE, lambda r: _travel(r, "pitch_"), about="mean of |rate|, mean of the blades"),
-    Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="the same, sum of a blade's flaps"),
+    Quantity("flap travel", *_RATE, lambda r: _travel(r, "flap_"), about="mean of |rate|, sum of a blade's flaps"),
 )
 """Compared quantities, in the order of the tables."""
 TRACKING = Quantity("tracking error", *display("W"), tracking_error, about="rms deviation from the power reference")

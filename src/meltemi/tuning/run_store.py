@@ -35,10 +35,10 @@ from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
 T = TypeVar("T")
-OWN = "meltemi.tuning"
+THIS_PACKAGE = "meltemi.tuning"
 FOLDER = "finished-runs"
 """Folder within the output folder, while the study runs."""
-OUTSIDE = ("name", "start", "progress")
+NOT_IDENTIFYING = ("name", "start", "progress")
 """Arguments of a case that do not identify it: names do, and operating points follow from the rest."""
 
 
@@ -74,13 +74,13 @@ class RunStore:
     Attributes:
       failed: reasons by cell, in order of occurrence.
       doubtful: findings by cell whose run left the range of validity of the model.
-      taken: number of finished runs that were read from disk.
+      reused: number of finished runs that were read from disk.
     """
 
-    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = OWN) -> None:
+    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = THIS_PACKAGE) -> None:
         self.failed: dict[str, str] = {}
         self.doubtful: dict[str, str] = {}
-        self.taken = 0
+        self.reused = 0
         self.path: tuple[str, ...] = ()
         self._seal = b""
         with suppress(OSError):
@@ -106,7 +106,7 @@ class RunStore:
         """File for the value of a case; None without a folder."""
         if self._folder is None:
             return None
-        inputs = [_input(getattr(case, field.name)) for field in fields(case) if field.name not in OUTSIDE]
+        inputs = [_input(getattr(case, field.name)) for field in fields(case) if field.name not in NOT_IDENTIFYING]
         file = self._folder / f"{self._study}-{fingerprint(self.path, name, inputs)}"
         if file in self._seen:
             raise AssertionError(f"two cases of a study cannot be distinguished: {self.path}, {name}")
@@ -160,7 +160,7 @@ def current() -> RunStore:
 
 
 @contextmanager
-def run_store(out: Path, inputs: str, package: str = OWN) -> Iterator[RunStore]:
+def run_store(out: Path, inputs: str, package: str = THIS_PACKAGE) -> Iterator[RunStore]:
     """Context with the store of a study, in its output folder.
 
     Stored values are removed when the study ends without a failed cell.
@@ -168,19 +168,21 @@ def run_store(out: Path, inputs: str, package: str = OWN) -> Iterator[RunStore]:
     Args:
       out: existing folder.
       inputs: all inputs of the study other than the files of the packages, as text.
-      package: of the study; by default this one.
+      package: package of the study; by default this one.
     """
-    book = RunStore(out / FOLDER, inputs, package)
-    if book.waiting():
-        _say(f"taking over {book.waiting()} finished runs from {out / FOLDER}")
-    token = _OPEN.set(book)
+    store = RunStore(out / FOLDER, inputs, package)
+    if store.waiting():
+        _say(f"reading {store.waiting()} finished runs from {out / FOLDER}")
+    token = _OPEN.set(store)
     try:
-        yield book
-        if not book.failed:
-            book.clear()
+        yield store
+        if not store.failed:
+            store.clear()
     except BaseException:
-        if book.waiting():
-            _say(f"{book.waiting()} finished runs are kept in {out / FOLDER}: the same command goes on with the rest")
+        if store.waiting():
+            _say(
+                f"{store.waiting()} finished runs are kept in {out / FOLDER}: the same command continues with the rest"
+            )
         raise
     finally:
         _OPEN.reset(token)
@@ -195,17 +197,17 @@ def attempt(name: str, function: Callable[..., T], *arguments: Any, **keywords: 
 
     The names of cells inside it begin with its name.
     """
-    book, before = current(), current().path
-    book.path = (*before, name)
+    store, before = current(), current().path
+    store.path = (*before, name)
     try:
         return function(*arguments, **keywords)
     except MeltemiError as error:
         if not isinstance(error, FailedResultError):  # the cell that failed first is listed already
-            book.path = before
-            book.enter(name, str(error))
+            store.path = before
+            store.enter(name, str(error))
         return cast("T", FailedResult(str(error) if isinstance(error, FailedResultError) else f"{name}: {error}"))
     finally:
-        book.path = before
+        store.path = before
 
 
 def guarded(function: Callable[[], T], instead: Callable[[str], T]) -> T:
@@ -250,11 +252,11 @@ def cells(
     Raises:
       KeyboardInterrupt: Ctrl-C ended the runs.
     """
-    book, values = current(), []
+    store, values = current(), []
     for outcome in resumed(cases, reduce=reduce, workers=workers, progress=progress):
         complete = outcome.status.complete
         if not outcome.ok:
-            book.enter(outcome.name, outcome.message, doubtful=complete)
+            store.enter(outcome.name, outcome.message, doubtful=complete)
         values.append(outcome.value if complete else FailedResult(f"{outcome.name}: {outcome.message}"))
     return values
 
@@ -267,18 +269,18 @@ def resumed(
     progress: Callable[[float], None] | None = None,
     total: int | None = None,
 ) -> list[Outcome]:
-    """As ``simulate_batch``, without the runs that the open store has already, and with the others entered there.
+    """Outcomes of ``simulate_batch``; the open store gives the runs that it has already, and keeps the others.
 
     Raises:
       KeyboardInterrupt: Ctrl-C ended the runs.
     """
-    book = current()
-    batch = Batch(cases, reduce=reduce, workers=workers, progress=progress, total=total, store=book)
-    found = batch.run()
-    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in found):
+    store = current()
+    batch = Batch(cases, reduce=reduce, workers=workers, progress=progress, total=total, store=store)
+    outcomes = batch.run()
+    if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in outcomes):
         raise KeyboardInterrupt
-    book.taken += sum(outcome.reused for outcome in found)
-    return found
+    store.reused += sum(outcome.reused for outcome in outcomes)
+    return outcomes
 
 
 def _input(value: Any) -> Any:

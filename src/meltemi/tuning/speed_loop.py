@@ -29,18 +29,18 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 FREQUENCIES = np.geomspace(0.03, 10.0, 2000)
-"""[rad/s]."""
+"""[rad/s] frequencies of the responses."""
 
 
 def speed_responses(model: Model[Any], points: Sequence[OperatingPoint]) -> list[Complex]:
-    """(F, 2) each: generator speed by torque and by collective pitch demand at operating points."""
+    """(F, 2) responses of the generator speed to torque and collective pitch demand, one array per operating point."""
     inputs, outputs = ("generator_torque", "pitch"), ("generator_speed",)
     s = 1j * FREQUENCIES
     return [linearise(model, point, inputs=inputs, outputs=outputs).response(s)[:, 0] for point in points]
 
 
 def region_3(law: BaselineControl, point: OperatingPoint) -> tuple[float, float]:
-    """Slope of the torque over the generator speed [N m s/rad], and by how much the pitch gains are divided, for small
+    """Slope of the torque over the generator speed [N m s/rad] and divisor of the pitch gains, for small
     changes about an operating point of region 3."""
     torque, pitch = law.torque, law.pitch
     slope = -torque.rated_power / pitch.reference_speed**2 if torque.hold == "power" else 0.0
@@ -52,14 +52,14 @@ def speed_loops(law: BaselineControl, points: Sequence[OperatingPoint], response
     s, pitch = 1j * FREQUENCIES, law.pitch
     low_pass = law.filter_frequency / (s + law.filter_frequency)
     gain = pitch.proportional_gain + pitch.integral_gain / s
-    found = []
+    loops = []
     for point, response in zip(points, responses, strict=True):
         slope, divisor = region_3(law, point)
         loop = -low_pass * (response[:, 0] * slope + response[:, 1] * (gain / divisor))
-        found.append(OpenLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
-    return found
+        loops.append(OpenLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
+    return loops
 
 
 def keep_margins(loops: Sequence[OpenLoop]) -> bool:
-    """Whether all have the phase and gain margin that ``bench-controller`` asks for."""
+    """Whether all loops have the phase and gain margin that ``bench-controller`` requires."""
     return all(loop.phase_margin >= PHASE_MARGIN and loop.gain_margin >= GAIN_MARGIN for loop in loops)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.report.palette import COLOURS, FAINT, INK
@@ -16,40 +15,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from meltemi.controllers.tuning import LoopTuning, TunedPoint
+
 LEAST_GAIN, MOST_GAIN = 0.03, 30.0
 """Displayed range of |L|."""
-QUIET = 0.1
+SMALL_GAIN = 0.1
 """|L| below which, from the first such frequency on, the phase is not shown."""
 SLOWEST, FASTEST = 3e-3, 10.0
 """[Hz] displayed frequencies."""
 LIMIT: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": ":", "zorder": 0.5}
 
 
-class LoopPoint(Protocol):
-    """A loop at an operating point, see :class:`meltemi.controllers.tuning.TunedPoint`."""
-
-    @property
-    def wind_speed(self) -> float: ...
-    @property
-    def frequency(self) -> NDArray[np.float64]: ...
-    @property
-    def together(self) -> NDArray[np.complex128]: ...
-    @property
-    def phase_margin(self) -> float: ...
-    @property
-    def gain_margin(self) -> float: ...
-    @property
-    def sensitivity(self) -> float: ...
-
-
-class TunedLoop(Protocol):
-    """A loop at its operating points, see :class:`meltemi.controllers.tuning.Tuning`."""
-
-    @property
-    def points(self) -> Sequence[LoopPoint]: ...
-
-
-def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
+def plot_tuning(tunings: LoopTuning | Mapping[str, LoopTuning]) -> Figure:
     """Plot gain and phase of L and sensitivity 1 / |1 + L|: one row per loop, one colour per operating point.
 
     L is the sum of all simultaneous loops, as seen by the blades about the loop's harmonic. The amplitude of a
@@ -62,7 +39,7 @@ def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
     Raises:
       InputError: there are none.
     """
-    several: Mapping[str, TunedLoop] = tunings if isinstance(tunings, Mapping) else {"": tunings}
+    several: Mapping[str, LoopTuning] = tunings if isinstance(tunings, Mapping) else {"": tunings}
     if not several:
         raise InputError("plot_tuning: no tunings")
     from matplotlib.lines import Line2D
@@ -79,7 +56,7 @@ def plot_tuning(tunings: TunedLoop | Mapping[str, TunedLoop]) -> Figure:
     return figure
 
 
-def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
+def _loop(name: str, points: Sequence[TunedPoint], row: Sequence[Axes]) -> None:
     gain, phase, sensitivity = row
     for i, point in enumerate(points):
         colour = COLOURS[i % len(COLOURS)]
@@ -87,14 +64,14 @@ def _loop(name: str, points: Sequence[LoopPoint], row: Sequence[Axes]) -> None:
             side = np.flatnonzero(np.sign(point.frequency) == sign)[::sign]
             f, L = np.abs(point.frequency[side]) / (2.0 * np.pi), point.together[side]
             label = f"{point.wind_speed:.3g} m/s" if sign > 0 else None
-            drawn = {"color": colour, "linewidth": 1.1, "linestyle": look}
-            gain.loglog(f, np.abs(L), label=label, **drawn)
-            # there the blades' tone stands still, and the band-pass lets nothing through: the phase jumps
-            small = np.flatnonzero(np.abs(L) < QUIET)
+            look_of_curve = {"color": colour, "linewidth": 1.1, "linestyle": look}
+            gain.loglog(f, np.abs(L), label=label, **look_of_curve)
+            # at these frequencies the band-pass has no output, and the phase jumps
+            small = np.flatnonzero(np.abs(L) < SMALL_GAIN)
             end = int(small[0]) if len(small) else len(f)
             angle = np.degrees(np.unwrap(np.angle(L if sign > 0 else L.conj())))
-            phase.semilogx(f[:end], angle[:end], **drawn)
-            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + L), **drawn)
+            phase.semilogx(f[:end], angle[:end], **look_of_curve)
+            sensitivity.semilogx(f, 1.0 / np.abs(1.0 + L), **look_of_curve)
     gain.set_ylim(LEAST_GAIN, MOST_GAIN)
     gain.axhline(1.0, **LIMIT)
     phase.set_ylim(-270.0, 0.0)

@@ -11,7 +11,7 @@ from meltemi.core.extras import missing
 from meltemi.turbine.power_turbine import AnyTurbine
 
 LONGEST = 300
-"""Characters of a library's message in a note."""
+"""Largest number of characters of a library's message in a note."""
 
 
 def turbine_controller(turbine: AnyTurbine, otherwise: str = "baseline") -> tuple[str, str]:
@@ -21,7 +21,7 @@ def turbine_controller(turbine: AnyTurbine, otherwise: str = "baseline") -> tupl
     the baseline controller only approximates their gains.
 
     Args:
-      turbine: any.
+      turbine: turbine of either kind.
       otherwise: name of the controller of other turbines, and without ROSCO.
     """
     if turbine.control.discon is None:

@@ -503,7 +503,8 @@ class Foundation(Record):
     """
 
     stiffness: Array
-    """(6, 6) [N/m, N/rad, N m/rad] forces and moments on the ground, or on water and moorings, from motion."""
+    """(6, 6) [N/m, N/rad, N m/rad] forces and moments on the ground, or on water and moorings, from motion; with
+    ``motions`` they may be zero."""
     mass: float | Array = 0.0
     """[kg] that moves with the tower base, a point; or (6, 6) [kg, kg m, kg m^2], of a floater with added mass."""
     damping: float | Array = 0.0

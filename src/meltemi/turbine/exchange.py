@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from meltemi.compiler import Array1, Numbers, Record, Rot, Rotations, Table, Vec, Vectors, number, rotation, xyz
+from meltemi.compiler import Array1, KernelRecord, Numbers, Rot, Rotations, Table, Vec, Vectors, number, rotation, xyz
 
 ActuatorModel = Literal["second_order", "ideal"]
 """Models of the actuators of pitch and flaps: files in ``control/actuator_models``."""
@@ -109,7 +109,7 @@ class TowerShape(Table, axes="mode node", outer=1):
     rotation: Vectors = xyz("rad/m", "rotation of the nodes, inertial axes")
 
 
-class Exchange(Record):
+class Exchange(KernelRecord):
     """Record of the data that structure, aerodynamics and control exchange.
 
     Coordinates ``q`` and velocities ``v`` begin with those of the tower's modes, on which ``tower_push`` (modes,) is

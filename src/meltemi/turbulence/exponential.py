@@ -3,8 +3,8 @@
 At one frequency the field across the grid is a random one whose covariance depends on the distance r of two points
 alone. On a torus, a grid whose opposite sides are joined, such a covariance is diagonal in Fourier modes: independent
 numbers, weighted by the square roots of its eigenvalues and transformed by FFT, have it exactly (Dietrich and Newsam
-1997). The grid is cut out of a torus so large that what goes round it does not count: the sum of exp(-kappa r) over all
-its images is positive definite whatever kappa, and differs from exp(-kappa r) on the grid by less than TOLERANCE.
+1997). The grid is a part of a torus so large that its images are negligible: the sum of exp(-kappa r) over all
+images is positive definite whatever kappa, and differs from exp(-kappa r) on the grid by less than TOLERANCE.
 
 Low frequencies need a large torus, but they are few; high ones need hardly more than the grid.
 
@@ -26,11 +26,11 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 TOLERANCE = 1e-4
-"""Coherence that counts as none: of a point with its images, and of neighbours where they become independent."""
+"""Negligible coherence: of a point with its images, and of neighbours where they become independent."""
 REACH = -float(np.log(TOLERANCE))
 """Distance times kappa at which the coherence has fallen to the tolerance."""
 CHUNK_POINTS = 400_000
-"""Points of all tori that are worked on at once."""
+"""Number of points of the tori that are processed together."""
 
 
 def even_fast(n: int, *, real: bool = False) -> int:
@@ -43,14 +43,14 @@ def even_fast(n: int, *, real: bool = False) -> int:
 
 
 def torus_size(points: int, step: float, reach: float) -> int:
-    """Even number of points of a torus side: the grid's, and a reach [m] before its image comes."""
+    """Even number of points of a torus side: those of the grid, and a distance [m] to its image."""
     return even_fast(points - 1 + int(np.ceil(reach / step)))
 
 
 def eigenvalues(kappa: Float, size: tuple[int, int], dz: float, dy: float) -> Float:
     """Eigenvalues (B, Z/2 + 1, Y/2 + 1) of exp(-kappa r) on a torus (Z, Y), for each kappa [1/m] (B,).
 
-    They are even in both wave numbers, so a quarter says all; their mean over the whole torus is 1.
+    They are even in both wave numbers, so a quarter of them is sufficient; their mean over the whole torus is 1.
     """
     z, y = (d * np.arange(n // 2 + 1) for n, d in zip(size, (dz, dy), strict=True))
     covariance: Float = np.zeros((len(kappa), len(z), len(y)))
@@ -63,7 +63,7 @@ def eigenvalues(kappa: Float, size: tuple[int, int], dz: float, dy: float) -> Fl
 
 
 def groups(sizes: list[tuple[int, int]]) -> Iterator[tuple[slice, tuple[int, int]]]:
-    """Successive frequencies whose tori have the same size, not too many at once."""
+    """Slices of successive frequencies whose tori have the same size, with a limited number of points."""
     begin = 0
     while begin < len(sizes):
         size = sizes[begin]
@@ -100,7 +100,7 @@ def coherent_fields(kappa: Float, grid: WindGrid, seed: int, streams: list[int])
       seed, streams: address of the random numbers, one stream for each independent component (C).
 
     Yields:
-      Which frequencies, and fields (C, b, Z, Y).
+      Slice of frequencies, and fields (C, b, Z, Y).
     """
     sizes = [
         (torus_size(grid.points_z, grid.dz, REACH / k), torus_size(grid.points_y, grid.dy, REACH / k)) for k in kappa

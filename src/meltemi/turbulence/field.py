@@ -29,9 +29,9 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 MOST_POINTS = 3e8
-"""Points in space and time of a field; they take 12 bytes each."""
+"""Largest number of points in space and time of a field; they take 12 bytes each."""
 MARGIN = 1.0
-"""[s] before and after what passes the turbine."""
+"""[s] of wind before and after the part that passes the turbine."""
 
 
 def generate_field(
@@ -44,12 +44,12 @@ def generate_field(
 
     Args:
       wind: turbulent wind.
-      size: a turbine, which the grid then covers with its tower, or the grid itself.
+      size: the grid, or a turbine, whose rotor and tower the grid then covers.
       duration: [s] duration of the run.
       progress: callback with the completed fraction.
 
     Raises:
-      InputError: the field does not fit into memory, or the rotor comes too close to the ground.
+      InputError: the field does not fit into memory, or the rotor is too close to the ground.
     """
     grid = size if isinstance(size, WindGrid) else wind_grid_for(size, wind.points)
     if not (math.isfinite(duration) and duration > 0.0):
@@ -64,7 +64,7 @@ def generate_field(
     n = max(2 * round(0.5 * planes), 4) if wind.periodic else exponential.even_fast(math.ceil(planes), real=True)
     mean = mean_profile(wind, grid)
     measured = hub_amplitudes(wind, grid, n) if wind.hub_series is not None else {}
-    for component, amplitudes in measured.items():  # the mean of what was measured belongs to the mean wind
+    for component, amplitudes in measured.items():  # the mean of the measurement belongs to the mean wind
         mean[:, component] += amplitudes[0].real * (mean[:, 0] / wind.speed if component == 0 else 1.0)
         amplitudes[0] = 0.0
     velocity = synthesise(

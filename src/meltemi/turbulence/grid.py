@@ -16,28 +16,28 @@ if TYPE_CHECKING:
     from meltemi.turbine.power_turbine import AnyTurbine
 
 WIDTH = 1.2
-"""Of a grid, over the rotor diameter."""
+"""Width of a grid over the rotor diameter."""
 MOST_ROWS = 1001
-"""And columns."""
+"""Largest number of rows, and of columns."""
 LOWEST = 0.02
-"""Height of the lowest row over that of the hub."""
+"""Height of the lowest row over the hub height."""
 
 
 class WindGrid(Record):
     """Vertical grid of points across the wind, centred on the rotor axis."""
 
     points_y: int = Field(ge=2, le=MOST_ROWS)
-    """Columns."""
+    """Number of columns."""
     points_z: int = Field(ge=2, le=MOST_ROWS)
-    """Rows."""
+    """Number of rows."""
     dy: float = Field(gt=0.0)
-    """[m] between columns."""
+    """[m] spacing of columns."""
     dz: float = Field(gt=0.0)
-    """[m] between rows."""
+    """[m] spacing of rows."""
     bottom: float = Field(gt=0.0)
     """[m] height of the lowest row."""
     hub_height: float = Field(gt=0.0)
-    """[m] where mean speed and intensity hold."""
+    """[m] height of the given mean speed and intensity."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -50,22 +50,22 @@ class WindGrid(Record):
 
     @property
     def width(self) -> float:
-        """[m] width."""
+        """Width [m]."""
         return (self.points_y - 1) * self.dy
 
     @property
     def top(self) -> float:
-        """[m] height of the highest row."""
+        """Height [m] of the highest row."""
         return self.bottom + (self.points_z - 1) * self.dz
 
     @property
     def y(self) -> NDArray[np.float64]:
-        """(Y,) [m] of the columns, to the left looking downwind."""
+        """(Y,) [m] positions of the columns, to the left looking downwind."""
         return self.dy * np.arange(self.points_y, dtype=np.float64) - 0.5 * self.width
 
     @property
     def z(self) -> NDArray[np.float64]:
-        """(Z,) [m] of the rows."""
+        """(Z,) [m] heights of the rows."""
         return self.bottom + self.dz * np.arange(self.points_z, dtype=np.float64)
 
     @property
@@ -78,13 +78,13 @@ def wind_grid_for(turbine: AnyTurbine, points: int = 25, *, width: float | None 
     """Grid that covers rotor and tower, with a point at the hub if ``points`` is odd.
 
     Args:
-      turbine: gives hub height and rotor diameter.
-      points: columns; rows have about the same spacing.
-      width: [m]; 1.2 rotor diameters by default. The grid reaches as far above the hub.
-      tower: it reaches down to 2 % of the hub height; if not, as far below the hub as above.
+      turbine: turbine, for its hub height and rotor diameter.
+      points: number of columns; rows have about the same spacing.
+      width: [m] width, 1.2 rotor diameters by default. The grid reaches half of it above the hub.
+      tower: the grid reaches down to 2 % of the hub height; otherwise as far below the hub as above.
 
     Raises:
-      InputError: ``points`` or ``width`` is too small, or the rotor comes too close to the ground.
+      InputError: ``points`` or ``width`` is too small, or the rotor is too close to the ground.
     """
     hub, diameter = turbine.hub_height, turbine.rotor_diameter
     width = WIDTH * diameter if width is None else width

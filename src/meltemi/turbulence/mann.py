@@ -3,14 +3,14 @@
 Isotropic turbulence with von Karman's energy spectrum is sheared for as long as its eddies live (rapid distortion).
 Three parameters: a length L, the shear parameter Gamma of the eddies' life, and a standard deviation.
 
-A field is made frequency by frequency: a sum over wave vectors (k2, k3) across the wind, each with its own random
-numbers. Large slow eddies are far wider than the rotor, so at low frequencies the tensor is a narrow ridge about
+A field is synthesised frequency by frequency: a sum over wave vectors (k2, k3) across the wind, each with separate
+random numbers. Large slow eddies are far wider than the rotor, so at low frequencies the tensor is a narrow ridge about
 k2 = k3 = 0. The wave numbers are therefore graded: dense there, and elsewhere as wide apart as the grid's width allows.
-Such a sum is two matrix products. What lies beyond the largest wave number is not lost: its variance is put back as
-a part that is independent from point to point, so every point has exactly the one-point spectra.
+Such a sum is two matrix products. The variance beyond the largest wave number is added as a part that is independent
+from point to point, so every point has exactly the one-point spectra.
 
-Inside, lengths are in L. Wave number 1 points downwind: a frozen field that passes with speed U shows at frequency f
-the wave number k1 = -2 pi f L / U, for what passes later lies upwind.
+Lengths are relative to L. Wave number 1 points downwind: a frozen field that passes with speed U has at frequency f
+the wave number k1 = -2 pi f L / U, since later parts of the field are upwind.
 
 Reference: docs/theory/wind.md (W-13 to W-19); Mann (1994), J. Fluid Mech. 273, 141-168; Mann (1998), Prob. Eng.
 Mech. 13, 269-282; IEC 61400-1 ed. 3, B.1 to B.12.
@@ -35,14 +35,14 @@ Complex = NDArray[np.complex128]
 GAMMA = 3.9
 """Shear parameter of IEC 61400-1."""
 LENGTH = 0.8
-"""L over the scale parameter in IEC 61400-1 [-]."""
+"""[-] L over the scale parameter in IEC 61400-1."""
 ENERGY = 1.5 / (0.5 * gamma(2.5) * gamma(1.0 / 3.0) / gamma(17.0 / 6.0))
 """E(k) = ENERGY k^4 / (1 + k^2)^(17/6) has the integral 3/2, for unit L and unit isotropic deviation; 1.4528."""
 LOWEST, HIGHEST, ENTRIES = 1e-6, 1e6, 1201
 """Wave numbers of the table of eddy lifetimes, equally spaced in their logarithm."""
 SPACING = log(HIGHEST / LOWEST) / (ENTRIES - 1)
 INDEPENDENT = 5.0
-"""k1 times the grid's step from which on neighbours are independent: their coherence is below exp(-5)."""
+"""k1 times the grid step above which neighbours are independent: their coherence is below exp(-5)."""
 REACH = 4.0
 """Correlation lengths, 1 / hypot(k1, 1), between a point and its nearest image."""
 GRADING, CORE = 0.5, 0.3
@@ -122,25 +122,24 @@ def integrate_across(k1: Float, table: Float, radii: Float, turns: int, out: Flo
 def shear(
     k1: float, k3: Float, k2: Float, weight_3: Float, weight_2: Float, table: Float, modes: Complex, sums: Float
 ) -> None:
-    """Turn normal numbers ``modes`` (3, K3, K2) into u, v, w of the modes; ``sums`` (4,) are their 11, 22, 33, 13."""
+    """Convert normal numbers ``modes`` (3, K3, K2) to u, v, w; ``sums`` (4,) are the covariances 11, 22, 33, 13."""
     psi = np.zeros((3, 3))
     sums[:] = 0.0
-    half = (
-        len(k2) // 2
-    )  # wave numbers are symmetric about zero, and with -k2 four entries of the root change their sign
+    # wave numbers are symmetric about zero, and with -k2 four entries of the root change their sign
+    half = len(k2) // 2
     for i in range(len(k3)):
         for j in range(half, len(k2)):
             root(k1, k2[j], k3[i], table, psi)
             area = weight_3[i] * weight_2[j]
             add_products(psi, 2.0 * area, sums)
-            sway(psi, sqrt(area), modes[:, i, j])
+            to_velocities(psi, sqrt(area), modes[:, i, j])
             psi[0, 0], psi[0, 2], psi[1, 1], psi[2, 0] = -psi[0, 0], -psi[0, 2], -psi[1, 1], -psi[2, 0]
-            sway(psi, sqrt(area), modes[:, i, len(k2) - 1 - j])
+            to_velocities(psi, sqrt(area), modes[:, i, len(k2) - 1 - j])
 
 
 @kernel
-def sway(psi: Float, amplitude: float, mode: Complex) -> None:
-    """Turn three normal numbers ``mode`` into velocities, in place."""
+def to_velocities(psi: Float, amplitude: float, mode: Complex) -> None:
+    """Convert three normal numbers ``mode`` to velocities, in place."""
     a, b, c = mode[0], mode[1], mode[2]
     for m in range(3):
         mode[m] = amplitude * (psi[m, 0] * a + psi[m, 1] * b + psi[m, 2] * c)
@@ -214,8 +213,8 @@ def graded(k1: float, highest: float, width: float) -> tuple[Float, Float]:
 def wave_numbers(k1: float, grid: WindGrid, length: float) -> tuple[tuple[Float, Float], tuple[Float, Float]]:
     """Graded wave numbers and weights, vertical and lateral.
 
-    They reach to what the grid resolves; where k1 itself comes near that, or the grid is coarse, to twice or three
-    times as much, whose images the grid sees at lower wave numbers.
+    They reach to the largest that the grid resolves; if k1 is near it, or the grid is coarse, to two or three times
+    it, which the grid shows as images at lower wave numbers.
     """
     step = max(grid.dy, grid.dz) / length
     factor = 1.0 if k1 * step < 0.3 and step < 0.3 else 2.0 if k1 * step < 1.5 else 3.0
@@ -244,8 +243,8 @@ def sheared_fields(
       seed, stream: address of the random numbers; three streams are used.
 
     Yields:
-      Fields (3, Z, Y) and what they cover of the one-point densities (4,), both for a unit isotropic deviation and a
-      unit interval of k1.
+      Fields (3, Z, Y) and the part of the one-point densities (4,) that they contain, both for a unit isotropic
+      deviation and a unit interval of k1.
     """
     table = lifetimes(gamma)
     for i, k in enumerate(k1):

@@ -1,8 +1,8 @@
 """Random numbers as a function of an address: stateless, order-independent, equal on every platform.
 
 The bits are those of Philox 4x32-10 (Salmon et al. 2011, "Parallel random numbers: as easy as 1, 2, 3"): a block
-cipher of ten rounds turns an address of four 32-bit numbers, under a key, into four random ones. The key is the
-seed; the address says what the number is for, so two seeds, two components or two points never share any.
+cipher of ten rounds converts an address of four 32-bit numbers, under a key, to four random ones. The key is the
+seed; the address is that of a component and a point, so two seeds, components or points never share any.
 
 A pair of 32-bit numbers a, b becomes a complex normal number of unit variance, z = sqrt(-ln u) exp(2 pi i v) with
 u = (a + 1/2) / 2^32 and v = (b + 1/2) / 2^32 (Box and Muller 1958); |z| reaches 4.7. The functions are written out
@@ -46,7 +46,7 @@ Bits = NDArray[np.uint64]
 LOW_32 = np.uint64(0xFFFFFFFF)
 MULTIPLIER_0, MULTIPLIER_1 = np.uint64(0xD2511F53), np.uint64(0xCD9E8D57)
 STEP_0, STEP_1 = np.uint64(0x9E3779B9), np.uint64(0xBB67AE85)
-"""Of the key from round to round: the golden ratio and sqrt(3) - 1."""
+"""Increments of the key from round to round: the golden ratio and sqrt(3) - 1."""
 ROUNDS = 10
 
 LOW_30 = np.uint64(0x3FFFFFFF)
@@ -54,7 +54,7 @@ HALF_QUARTER = np.uint64(0x20000000)
 QUARTER_TURN = 0.5 * pi / 2.0**30
 
 TWO_52 = np.uint64(0x4330000000000000)
-"""Bits of 2^52: a whole number below 2^52 in its last bits makes the sum of both, without a conversion."""
+"""Bits of 2^52: with a whole number below 2^52 in its last bits they are the sum of both, without a conversion."""
 SQRT_HALF = np.uint64(0x3FE6A09E667F3BCD)
 """Bits of sqrt(1/2)."""
 TO_MANTISSA = np.uint64(0x3FF0000000000000 - 0x3FE6A09E667F3BCD)
@@ -114,9 +114,9 @@ def complex_normals(a: Bits, b: Bits, out: NDArray[np.complex128]) -> None:
 
 @kernel
 def noise(seed: int, address_1: int, address_2: int, bits: Bits, out: NDArray[np.complex128]) -> None:
-    """Fill ``out`` (2 n,) with the complex normal numbers of an address; ``bits`` (4, n) is for working.
+    """Fill ``out`` (2 n,) with the complex normal numbers of an address; ``bits`` (4, n) is a work array.
 
-    Block j of the bits makes entries j and n + j.
+    Entries j and n + j are from block j of the bits.
     """
     n = bits.shape[1]
     random_bits(bits, seed, address_1, address_2)

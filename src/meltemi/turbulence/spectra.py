@@ -36,10 +36,10 @@ EDITIONS: dict[int, Edition] = {
     3: Edition(0.7, 60.0, 12.0, {"kaimal": 8.1, "vonkarman": 3.5}),
     4: Edition(0.7, 60.0, 12.0, {"kaimal": 8.1, "vonkarman": 3.5}),
 }
-"""By number. The third and later editions have no von Karman spectrum: it keeps the lengths of the second."""
+"""Editions by number. The third and later ones have no von Karman spectrum: it has the lengths of the second."""
 
 OFFSET = 0.12
-"""Of the coherence at zero frequency, over the coherence scale [-]."""
+"""[-] decay of the coherence at zero frequency, times the coherence scale over the decay constant."""
 
 
 @dataclass(frozen=True)

@@ -29,13 +29,13 @@ Component = Literal["u", "v", "w"]
 
 COMPONENTS: tuple[Component, Component, Component] = ("u", "v", "w")
 VALUES_AT_ONCE = 200_000
-"""Of a field that are held in double precision."""
+"""Number of values of a field that are in double precision at a time."""
 POINTS_FOR_SCALES = 100
 """Points of the grid, evenly chosen, whose autocorrelations are averaged."""
 CALM = 1e-6
-"""Deviation over the speed below which a component is constant, but for rounding."""
+"""Standard deviation over the speed below which a component is constant except for rounding."""
 ROUNDING = 1e-3
-"""[m] of heights in files."""
+"""[m] rounding of heights in files."""
 PER_DECADE = 12
 """Frequency bands."""
 
@@ -298,7 +298,7 @@ def wind_spectrum(
     Args:
       box: a field.
       component: u, v or w, in the axes of the box.
-      where: location: the point nearest to the hub, or averaged over all points.
+      where: the point nearest to the hub, or the average over all points.
       per_decade: bands, equally wide in the logarithm of the frequency, over which periodograms are averaged; bands
         that hold no frequency are left out. None gives every frequency alone; the sum of these densities times
         their spacing is the variance.
@@ -340,7 +340,7 @@ def wind_coherence(
     Args:
       box: a field.
       component: u, v or w, in the axes of the box.
-      separations: [m] taken to the nearest multiple of the grid's step; what falls on the same one is given once.
+      separations: [m] rounded to the nearest multiple of the grid step; each multiple is returned once.
       direction: direction of the separation.
       per_decade: bands, equally wide in the logarithm of the frequency.
 
@@ -398,7 +398,7 @@ def _amplitudes(series: NDArray[np.float32]) -> Complex:
 
 
 def _bands(f: Float, per_decade: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First index and number of the frequencies of each band that has any."""
+    """First index and number of the frequencies of each band with at least one."""
     if per_decade < 1:
         raise InputError(f"there must be at least 1 band in a decade, found {per_decade}")
     which = np.floor(np.log10(f / f[0]) * per_decade + 1e-9)

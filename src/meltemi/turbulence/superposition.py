@@ -25,11 +25,11 @@ def with_gust(box: WindBox, gust: WindSeries) -> WindBox:
       gust: series, for example from ``eog`` or ``ecd``.
 
     Returns:
-      The box with the gust; the planes pass the tower axis when the series says.
+      The box with the gust, at the times of the series for the tower axis.
 
     Raises:
-      InputError: the profile of the series changes in time, its shear has no reference length or height, or the box
-        is periodic: the gust would come again, or the gust lies outside the box.
+      InputError: the profile of the series changes in time, its shear has no reference length or height, the box is
+        periodic, so that the gust would repeat, or the gust is outside the box.
     """
     if np.ptp(gust.exponent) > 0.0:
         raise InputError(f"{gust.label}: a power law that changes in time cannot be added to a box")

@@ -1,8 +1,8 @@
 """Synthesis of turbulent fields on a grid from a spectrum, by frequency, and by FFT in time.
 
-Every frequency has a complex field across the wind, a sum of two parts: one that is coherent, made by ``exponential``
-or ``mann``, and one that is independent from point to point. From the frequency on at which neighbours are
-independent only the latter is left, and it costs next to nothing.
+Every frequency has a complex field across the wind, the sum of a coherent part, from ``exponential`` or ``mann``, and a
+part that is independent from point to point. Above the frequency at which neighbours are independent there is only the
+second part, which is cheap.
 
 Reference: docs/theory/wind.md (W-7, W-12, W-20).
 """
@@ -25,12 +25,13 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 POINT_STREAM = 0
-"""Of the random numbers of points, plus the component; their other address is the point."""
+"""Stream of the random numbers of points, plus the component; their other address is the point."""
 FIELD_STREAM = 16
-"""Of those of fields across the wind, plus the component; their other address is the frequency."""
+"""Stream of the random numbers of fields across the wind, plus the component; their other address is the frequency."""
 GAP_STREAM = 32
-"""Of those of a series where it was not measured, plus the component."""
+"""Stream of the random numbers in gaps of a measured series, plus the component."""
 POINTS_AT_ONCE = 32
+"""Number of points that are transformed together."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ class Spectrum:
       count: number of coherent frequencies, from the lowest on.
       coherent: yields successive frequencies, fields (C, b, Z, Y) of the components, and the part of the variances
         (4, b) that the fields contain.
-      column: covariances (3, 3, Z, Y) [m^2/s^2] of everything at a coherent frequency, by its number, with the hub's.
+      column: covariances (3, 3, Z, Y) [m^2/s^2] of all points with the hub at a coherent frequency, by its number.
     """
 
     variances: Float
@@ -79,7 +80,7 @@ def factors(rest: Float) -> CovarianceFactors:
 def add_noise(spectrum: Complex, factor: Float, seed: int, first: int, stream: int) -> None:
     """Add independent normal numbers times ``factor`` (B,) to the spectra (P, B + 2) of points ``first`` and on.
 
-    Entry 0 of a spectrum is its mean, the last one the Nyquist frequency; both stay as they are.
+    Entry 0 of a spectrum is its mean, the last one the Nyquist frequency; both are not changed.
     """
     count = len(factor)
     half = (count + 1) // 2
@@ -111,7 +112,7 @@ def synthesise(
       n: even number of planes.
       seed: seed of the random numbers.
       mean: (Z, 3) [m/s] added to each row.
-      sigmas: [m/s] standard deviations of u, v, w to be met at the hub; None leaves a component as it comes.
+      sigmas: [m/s] standard deviations of u, v, w at the hub, to which a component is scaled; None: it is not scaled.
       measured: components whose amplitudes (n / 2 + 1,) at the hub are given.
       progress: callback with the completed fraction.
 
@@ -183,7 +184,7 @@ def _condition(
     """Condition random fields on the measurement at the hub (W-20); the hub itself is set later.
 
     Returns:
-      (3, b) what is measured less what was there, over its covariance: times a covariance it is the change.
+      (3, b) measured minus synthesised amplitudes, over their covariance: times a covariance it is the change.
     """
     given = [c for c in spectrum.components if c in measured]
     pull = np.zeros((3, some.stop - some.start), np.complex128)

@@ -17,9 +17,9 @@ from meltemi.wind.turbulent import TurbulentWind
 Float = NDArray[np.float64]
 
 CUTOFF = 25.0
-"""Wave number across the wind over hypot(k1, 1), up to which a target coherence is integrated."""
-FORGOTTEN = 10.0
-"""Wave number along the wind times separation from which on Mann's coherence counts as none."""
+"""Largest wave number across the wind over hypot(k1, 1) in the integral of a target coherence."""
+INCOHERENT = 10.0
+"""Wave number along the wind times separation above which Mann's coherence is negligible."""
 
 
 def sigmas(wind: TurbulentWind) -> tuple[float, float, float]:
@@ -54,7 +54,7 @@ def target_densities(wind: TurbulentWind, hub_height: float, f: Float) -> Float:
 
 
 def amplitude_variances(wind: TurbulentWind, hub_height: float, n: int) -> tuple[Float, Float]:
-    """(B,) frequencies [Hz] of ``n`` planes, and (4, B) [m^2/s^2] what their amplitudes have of the densities (W-7)."""
+    """(B,) frequencies [Hz] of ``n`` planes, and (4, B) variances [m^2/s^2] of their amplitudes (W-7)."""
     f = np.arange(1, n // 2) / (n * wind.dt)
     return f, 0.5 * f[0] * target_densities(wind, hub_height, f)
 
@@ -63,13 +63,13 @@ def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float
     """Target of the real part of the coherence of two points of a field.
 
     Mann's is the tensor's integral over the wave vectors across the wind (W-14), on wave numbers graded for the
-    separation; what lies beyond CUTOFF counts as incoherent, which makes it too small by less than 0.01.
+    separation; the part beyond CUTOFF counts as incoherent, which makes it too small by less than 0.01.
 
     Args:
       wind: turbulent wind.
       hub_height: [m] hub height, for the length scales.
       f: (F,) [Hz] above 0.
-      dy, dz: [m] from one point to the other.
+      dy, dz: [m] distances of the points.
 
     Returns:
       (3, F) [-] of u, v, w.
@@ -88,7 +88,7 @@ def target_coherence(wind: TurbulentWind, hub_height: float, f: Float, dy: float
     k1 = 2.0 * np.pi * f * length / wind.speed
     point = mann.one_point(mann.GAMMA)(k1)
     y, z = abs(dy) / length, abs(dz) / length
-    for m in np.flatnonzero(k1 * apart < FORGOTTEN * length):
+    for m in np.flatnonzero(k1 * apart < INCOHERENT * length):
         k = float(k1[m])
         highest = CUTOFF * math.hypot(k, 1.0)
         (k3, weight_3), (k2, weight_2) = mann.graded(k, highest, z), mann.graded(k, highest, y)

@@ -1,7 +1,6 @@
 """``meltemi bench``: compile time, run time and memory, part by part.
 
-Everything that start-up could hide is measured in new processes: import, compilation into an empty cache,
-start from a filled one.
+New processes measure import, compilation into an empty cache and start from a filled one.
 """
 
 from __future__ import annotations
@@ -25,7 +24,6 @@ from meltemi.simulation.simulate import Simulation, march, simulate
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.turbulence.field import generate_field
-from meltemi.verification.memory import peak_memory
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -38,7 +36,7 @@ CHANNELS = (
 ).split()
 """25 channels beside the time."""
 BATCH_CASES = 3
-"""Cases a core in the timed batch."""
+"""Cases per core in the timed batch."""
 REPEATS = 3
 """Timed runs of each kind, of which the fastest counts: what else runs on a machine only adds time."""
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -56,8 +54,8 @@ def benchmark(*, duration: float = 600.0, say: Callable[[str], None] = lambda te
     """Measure on this machine: on one core, and a batch on all.
 
     Args:
-      duration: [s] of the timed runs.
-      say: called with what is going on.
+      duration: [s] duration of the timed runs.
+      say: callback with the current activity.
 
     Raises:
       InputError: ``duration`` is not positive.
@@ -149,9 +147,21 @@ def child(call: str, folder: str, module: str = __name__) -> dict[str, Any]:
     return result
 
 
+def peak_memory() -> float:
+    """[bytes] peak resident memory of the process."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        import psutil
+
+        return float(psutil.Process().memory_info().peak_wset)
+    kilobytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return float(kilobytes if sys.platform == "darwin" else 1024 * kilobytes)
+
+
 def stages(duration: float) -> dict[str, tuple[float, int]]:
     """A first run in stages: seconds each takes, and the number of signatures it compiles."""
-    found: dict[str, tuple[float, int]] = {}
+    durations: dict[str, tuple[float, int]] = {}
     model, wind = nrel5mw(), SteadyWind(speed=12.0)
     case = Case(model, wind)
     marks = [(time.perf_counter(), statistics()[0])]
@@ -159,7 +169,7 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
     def mark(name: str) -> None:
         marks.append((time.perf_counter(), statistics()[0]))
         (t0, n0), (t1, n1) = marks[-2:]
-        found[name] = (round(t1 - t0, 2), n1 - n0)
+        durations[name] = (round(t1 - t0, 2), n1 - n0)
 
     case.evaluate(0.0)
     mark("evaluation of the coupled machine")
@@ -171,7 +181,7 @@ def stages(duration: float) -> dict[str, tuple[float, int]]:
     mark("controller and time loop")
     turbulence(duration)
     mark("turbulence")
-    return found
+    return durations
 
 
 def nrel5mw(**options: Any) -> Any:
@@ -180,7 +190,7 @@ def nrel5mw(**options: Any) -> Any:
 
 
 def turbulence(duration: float, **settings: Any) -> Any:
-    """Its wind."""
+    """The wind of the timed runs."""
     return generate_field(TurbulentWind(speed=12.0, intensity=0.14, **settings), load_turbine("nrel5mw"), duration)
 
 
@@ -250,9 +260,8 @@ def timed_batch(duration: float) -> dict[str, Any]:
     }
 
 
-def report_lines(figures: dict[str, Any]) -> list[str]:
-    """The figures for the terminal."""
-    f = figures
+def report_lines(f: dict[str, Any]) -> list[str]:
+    """The figures of :func:`benchmark` for the terminal."""
     m = f["machine"]
 
     def line(name: str, value: float, unit: str, note: str = "", digits: int = 1) -> str:

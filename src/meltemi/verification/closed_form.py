@@ -25,7 +25,7 @@ from meltemi.structure.tables import BladeNode
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.energy import mechanical_energy
-from meltemi.verification.table import Comparison, Row, relative
+from meltemi.verification.table import Check, CheckTable, relative
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -66,7 +66,7 @@ def uniform_blade(turbine: Turbine, **changes: Any) -> Turbine:
     )
 
 
-def structure() -> Comparison:
+def structure() -> CheckTable:
     """Frequencies, deflections, inertia, pendulum and energy."""
     turbine = load_turbine("nrel5mw")
     rows = [
@@ -78,7 +78,7 @@ def structure() -> Comparison:
         *_pendulum(turbine),
         *_energy(turbine, "default step", ModelOptions()),
     ]
-    return Comparison("closed form", "Structure against closed forms", "closed forms, see docs/verification", rows)
+    return CheckTable("closed form", "Structure against closed forms", "closed forms, see docs/verification", rows)
 
 
 def _blade_model(turbine: Turbine, flap: int, edge: int, nodes: int = 40) -> BladedModel:
@@ -88,20 +88,20 @@ def _blade_model(turbine: Turbine, flap: int, edge: int, nodes: int = 40) -> Bla
     return build(turbine, options, Environment(gravity=0.0))
 
 
-def _cantilever(turbine: Turbine) -> list[Row]:
+def _cantilever(turbine: Turbine) -> list[Check]:
     rows = []
     model = _blade_model(uniform_blade(turbine), 3, 2)
-    found = np.unique(np.round([m.frequency for m in natural_modes(model)], 9))
+    frequencies = np.unique(np.round([m.frequency for m in natural_modes(model)], 9))
     beta = np.array([1.8751041, 4.6940911, 7.8547574])
     exact = {f"flap {i + 1}": b**2 * np.sqrt(FLAP / MASS) / LENGTH**2 for i, b in enumerate(beta)}
     exact |= {f"edge {i + 1}": b**2 * np.sqrt(EDGE / MASS) / LENGTH**2 for i, b in enumerate(beta[:2])}
     for name, w in exact.items():
-        ours = found[np.argmin(np.abs(found - w))]
+        ours = frequencies[np.argmin(np.abs(frequencies - w))]
         rows.append(relative("cantilever frequency", name, "Hz", w / TURN, ours / TURN, 0.5))
     return rows
 
 
-def _tip_mass(turbine: Turbine) -> list[Row]:
+def _tip_mass(turbine: Turbine) -> list[Check]:
     """Uniform tower that carries a point mass, in the assembled machine with blades of almost no mass."""
     one = [0.0, 0.5 * HEIGHT, HEIGHT]
     tower = {
@@ -129,7 +129,7 @@ def _tip_mass(turbine: Turbine) -> list[Row]:
     changes = {"blade.structure.mass": [1e-3] * 3}
     options = ModelOptions(flap_modes=0, edge_modes=0, torsion_modes=0, locked=("yaw", "drivetrain", "blades"))
     model = build(point.replace(**changes), options, Environment(gravity=0.0))
-    found = np.array([m.frequency for m in natural_modes(model)])
+    frequencies = np.array([m.frequency for m in natural_modes(model)])
     ratio = HEAD / (TOWER_MASS * HEIGHT)
 
     def characteristic(b: float) -> float:
@@ -139,14 +139,14 @@ def _tip_mass(turbine: Turbine) -> list[Row]:
     for i, (low, high) in enumerate(((0.5, 2.0), (3.5, 4.5))):
         b = brentq(characteristic, low, high)
         exact = b**2 * np.sqrt(TOWER_STIFFNESS / TOWER_MASS) / HEIGHT**2
-        ours = found[np.argmin(np.abs(found - exact))]
+        ours = frequencies[np.argmin(np.abs(frequencies - exact))]
         rows.append(
             relative("cantilever with tip mass, frequency", f"mode {i + 1}", "Hz", exact / TURN, ours / TURN, 0.5)
         )
     return rows
 
 
-def _rotating(turbine: Turbine) -> list[Row]:
+def _rotating(turbine: Turbine) -> list[Check]:
     """Southwell: centrifugal stiffening of a uniform blade, out of plane and in plane."""
     rows = []
     model = _blade_model(uniform_blade(turbine), 4, 4, 80)
@@ -163,7 +163,7 @@ def _rotating(turbine: Turbine) -> list[Row]:
     return rows
 
 
-def _static(turbine: Turbine) -> list[Row]:
+def _static(turbine: Turbine) -> list[Check]:
     """Tip deflection of blades under their own weight."""
     light = 2e-4  # so small a load that second-order effects vanish
     options = ModelOptions(
@@ -185,7 +185,7 @@ def _static(turbine: Turbine) -> list[Row]:
     ]
 
 
-def _inertia(turbine: Turbine) -> Row:
+def _inertia(turbine: Turbine) -> Check:
     """Rigid rotor and generator under a constant torque."""
     options = ModelOptions(torsion_modes=0, locked=("tower", "yaw", "drivetrain", "blades"))
     model = build(turbine, options)
@@ -229,7 +229,7 @@ def _one_blade(turbine: Turbine) -> tuple[BladedModel, float, float]:
     return model.with_arrays(blade_nodes=nodes), float(moment), float(inertia)
 
 
-def _pendulum(turbine: Turbine) -> list[Row]:
+def _pendulum(turbine: Turbine) -> list[Check]:
     model, moment, inertia = _one_blade(turbine)
     case = vacuum_case(model)
     horizontal = Start(coordinates={"generator": 0.5 * np.pi})
@@ -250,7 +250,7 @@ def _pendulum(turbine: Turbine) -> list[Row]:
     return rows
 
 
-def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: float | None = None) -> list[Row]:
+def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: float | None = None) -> list[Check]:
     """100 revolutions of the flexible machine, vibrating, without air, damping and drive."""
     free = turbine.replace(
         **{
@@ -285,8 +285,8 @@ def _energy(turbine: Turbine, name: str, options: ModelOptions, elastic_band: fl
     ]
 
 
-def energy_to_the_last_digit() -> Comparison:
+def energy_to_the_last_digit() -> CheckTable:
     """Energy with half the time step and corrected velocities: the remaining error does not stem from the step."""
     options = ModelOptions(time_step=0.005, advanced=AdvancedOptions(corrections=1))
     rows = _energy(load_turbine("nrel5mw"), "half step, corrected velocity", options, 0.5)
-    return Comparison("energy", "Energy with a finer step", "closed form", rows)
+    return CheckTable("energy", "Energy with a finer step", "closed form", rows)

@@ -11,7 +11,7 @@ from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, print_table, print_values, say, simulation_bar, suggest, wrote
 
 if TYPE_CHECKING:
-    from meltemi.verification.table import Comparison
+    from meltemi.verification.table import CheckTable
 
 
 def verify(
@@ -25,16 +25,16 @@ def verify(
     """Compare with closed forms, OpenFAST, HAWC2 and measurements."""
     from meltemi.verification.verification import report_of, verification
 
-    made: list[Comparison] = []
+    tables: list[CheckTable] = []
     suggest(*(("verify", "--out", out) if quick or measured or hawc2 else ("bench",)))
     try:
         with simulation_bar("verification") as progress:
-            verification(quick=quick, measured=measured, models=hawc2, progress=progress, say=say, done=made.append)
+            verification(quick=quick, measured=measured, models=hawc2, progress=progress, say=say, done=tables.append)
     finally:  # after an interruption or an error, too
-        report = report_of(made, measured, hawc2)
-        for table in made:
+        report = report_of(tables, measured, hawc2)
+        for table in tables:
             print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
-        if made:
+        if tables:
             print(report.summary())
             wrote(*report.write(out))
     if report.failed:

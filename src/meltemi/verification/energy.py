@@ -48,7 +48,7 @@ def mechanical_energy(case: Case) -> tuple[float, float, float]:
         moment = np.einsum("ijn,jn->in", sections, nodes["moment"][:, b])
         total = nodes["mass"][b].sum()
         lift += total * hub[2] + (R @ (nodes["mass"][b] * motion["position"][:, b] + moment).sum(axis=1))[2]
-    # the tower's own energy, as far as it varies
+    # energy of the tower itself, as far as it varies
     lift += 0.5 * tower @ matrix[WEIGHT] @ tower - model.rotor.tower_weight @ tower
     moving, strained = _gear_energy(case)
     return float(kinetic) + moving, float(elastic) + strained, float(p["gravity"]) * float(lift)

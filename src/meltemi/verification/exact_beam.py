@@ -27,7 +27,7 @@ from meltemi.structure.beam import Beam
 Float = NDArray[np.float64]
 
 STEPS = 4
-"""Of the classical Runge-Kutta method between two stations."""
+"""Steps of the classical Runge-Kutta method between two stations."""
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class DeadLoads:
     """Loads that keep their direction.
 
     Attributes:
-      force, moment: (S, 3) [N/m], [N] distributed along the arc at the beam's stations, linear between them, in the
-        beam's axes.
-      tip_force, tip_moment: (3,) [N], [N m] at the end.
+      force, moment: (S, 3) [N/m], [N] loads distributed along the arc at the beam's stations, linear between them, in
+        the beam's axes.
+      tip_force, tip_moment: (3,) [N], [N m] loads at the end.
     """
 
     force: Float
@@ -67,8 +67,8 @@ def deflect(beam: Beam, loads: DeadLoads, increments: int = 4, steps: int = STEP
     Args:
       beam: sections along z.
       loads: dead loads.
-      increments: of the load; each begins with the last one's root moment.
-      steps: of the integration between two stations.
+      increments: number of increments of the load; each begins with the root moment of the last one.
+      steps: number of steps of the integration between two stations.
 
     Raises:
       InputError: no root moment is found.
@@ -82,7 +82,7 @@ def deflect(beam: Beam, loads: DeadLoads, increments: int = 4, steps: int = STEP
     def march(root_moment: Float, share: float) -> Float:
         """(S, 10) position, quaternion and moment at the stations."""
         y = np.concatenate([beam.axis[0], [0.0, 0.0, 0.0, 1.0], root_moment])
-        found, n = [y], share * total
+        states, n = [y], share * total
         for (tangent, length, (K0, K1), (f0, f1)), (c0, c1) in zip(pieces, couples, strict=True):
 
             def slope(w: float, y: Float) -> Float:
@@ -102,20 +102,20 @@ def deflect(beam: Beam, loads: DeadLoads, increments: int = 4, steps: int = STEP
                 k4 = slope(w + h, y + h * k3)
                 y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
             n = n - share * 0.5 * length * (f0 + f1)
-            found.append(y)
-        return np.array(found)
+            states.append(y)
+        return np.array(states)
 
     moment = np.zeros(3)
     for share in np.arange(1, increments + 1) / increments:
         scale = np.linalg.norm(total) * lengths.sum() + np.linalg.norm(loads.tip_moment) + 1e-300
 
         def lack(x: Float, share: float = float(share), scale: float = float(scale)) -> Float:
-            found: Float = march(x * scale, share)[-1, 7:] / scale - share * loads.tip_moment / scale
-            return found
+            residual: Float = march(x * scale, share)[-1, 7:] / scale - share * loads.tip_moment / scale
+            return residual
 
-        found = root(lack, moment / scale, tol=1e-12)
-        if np.abs(found.fun).max() > 1e-9:
-            raise InputError(f"exact beam: no root moment at {share:.0%} of the load: {found.message}")
-        moment = found.x * scale
+        solution = root(lack, moment / scale, tol=1e-12)
+        if np.abs(solution.fun).max() > 1e-9:
+            raise InputError(f"exact beam: no root moment at {share:.0%} of the load: {solution.message}")
+        moment = solution.x * scale
     y = march(moment, 1.0)
     return Deflection(y[:, :3], Rotation.from_quat(y[:, 3:7]), moment)

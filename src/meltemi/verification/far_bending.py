@@ -1,4 +1,4 @@
-"""Large blade deflections: the simulator's blade under dead loads against the geometrically exact beam.
+"""Large deflections of the simulator's blade under dead loads against the geometrically exact beam.
 
 The loads are the mean aerodynamic ones of the turbine at rated wind, scaled until the tip is out by a given share of
 the blade's length. Both blades have the same loads: the simulator's at its nodes, with their moments about them.
@@ -23,7 +23,7 @@ from meltemi.structure.beam import Beam
 from meltemi.structure.blades import blade_motion, tip_deflection
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.exact_beam import DeadLoads, Deflection, deflect
-from meltemi.verification.table import Comparison, Row, angle, relative
+from meltemi.verification.table import Check, CheckTable, angle, relative
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -32,13 +32,13 @@ RATED = {"iea15mw": 10.6, "iea22mw": 10.6}
 """[m/s] wind speed whose loads are scaled."""
 SHARES = (0.05, 0.10, 0.15, 0.20)
 """Deflection of the tip over the length of the blade."""
-PLACE = 0.8
+TWIST_SPAN = 0.8
 """Relative span at which the twist is compared; beyond it the sections of these blades carry little."""
 STATIONS = 61
 """Least number of stations of the exact beam; with one step of integration between two its tip is exact to 1e-5."""
 
 
-CLOSE = 0.01
+TIP_TOLERANCE = 0.01
 """Largest relative distance of the tip from the deflection that is looked for."""
 
 
@@ -46,8 +46,8 @@ def mean_loads(model: BladedModel, wind: float) -> tuple[Beam, DeadLoads]:
     """The blade with refined stations, and the loads on it in steady operation.
 
     Args:
-      model: of a turbine with 6 x 6 sections.
-      wind: [m/s] speed.
+      model: model of a turbine with 6 x 6 sections.
+      wind: [m/s] wind speed.
     """
     case = Case(model, SteadyWind(speed=wind))
     operating_point(model, wind).put(case)
@@ -69,10 +69,10 @@ def scaled(beam: Beam, loads: DeadLoads, out: float) -> tuple[float, Deflection]
     """Factor on the loads for which the tip is out by the given share of the blade's length, and the deflection."""
     share, aim = 1.0, out * beam.position[-1]
     while True:
-        found = deflect(beam, times(share, loads), increments=1, steps=1)
-        tip = (found.position[-1] - beam.axis[-1])[0]
-        if abs(tip / aim - 1.0) < CLOSE:
-            return share, found
+        deflection = deflect(beam, times(share, loads), increments=1, steps=1)
+        tip = (deflection.position[-1] - beam.axis[-1])[0]
+        if abs(tip / aim - 1.0) < TIP_TOLERANCE:
+            return share, deflection
         share *= aim / tip
 
 
@@ -98,9 +98,9 @@ def simulated(model: BladedModel, force: Float, moment: Float, steps: int = 4) -
     """Deflection of the tip out of plane [m], twist of the nodes [rad] and root moment [N m] (3,) under dead loads.
 
     Args:
-      model: of the turbine.
-      force, moment: (N, 3) on the nodes, blade axes.
-      steps: in which the loads are applied.
+      model: model of the turbine.
+      force, moment: (N, 3) [N], [N m] loads on the nodes, blade axes.
+      steps: number of steps in which the loads are applied.
     """
     case, first = Case(model, SteadyWind(speed=1.0)), model.n_core
     case.evaluate(0.0)
@@ -125,12 +125,12 @@ def simulated(model: BladedModel, force: Float, moment: Float, steps: int = 4) -
     return float(out.x), sections.as_rotvec()[:, 2], (np.cross(arm, force) + moment).sum(axis=0)
 
 
-def compare(name: str, options: ModelOptions | None = None, shares: tuple[float, ...] = SHARES) -> list[Row]:
+def compare(name: str, options: ModelOptions | None = None, shares: tuple[float, ...] = SHARES) -> list[Check]:
     """Deflection, twist and root moment of a blade of the library, against the exact beam.
 
     Args:
-      name: of the turbine.
-      options: of its model.
+      name: name of the turbine.
+      options: options of its model.
       shares: deflections of the tip over the length of the blade.
     """
     model = with_blades(build(load_turbine(name), options), "static deflection")
@@ -140,22 +140,22 @@ def compare(name: str, options: ModelOptions | None = None, shares: tuple[float,
     for out in shares:
         share, exact = scaled(beam, loads, out)
         tip, twist, root_moment = simulated(model, *on_nodes(beam, times(share, loads), layout.edges, layout.position))
-        place, case = PLACE * beam.position[-1], f"{name}, tip out by {out:.0%}"
+        place, case = TWIST_SPAN * beam.position[-1], f"{name}, tip out by {out:.0%}"
         theirs = np.array([rotation.as_rotvec()[2] for rotation in exact.rotation])
         exact_twist = float(np.interp(place, beam.position, theirs))
         allowed = max(0.05, 0.02 * abs(np.degrees(exact_twist)))
         ours = float(np.interp(place, layout.position, twist))
         rows += [
             relative("tip out of plane", case, "m", (exact.position[-1] - beam.axis[-1])[0], tip, 1.0),
-            angle(f"twist at {PLACE:.0%} of the span", case, exact_twist, ours, allowed),
+            angle(f"twist at {TWIST_SPAN:.0%} of the span", case, exact_twist, ours, allowed),
             relative("root moment out of plane", case, "N m", exact.root_moment[1], float(root_moment[1]), 0.3),
         ]
     return rows
 
 
-def far_bending() -> Comparison:
+def far_bending() -> CheckTable:
     """Both IEA turbines, to a tip deflection of a fifth of the blade's length."""
     rows = [row for name in RATED for row in compare(name)]
-    return Comparison(
+    return CheckTable(
         "far_bending", "Large blade deflections, against the geometrically exact beam", "exact_beam.py", rows
     )

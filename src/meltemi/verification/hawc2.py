@@ -1,7 +1,7 @@
-"""Models of HAWC2, imported, against what HAWC2 and HAWCStab2 themselves have: steady operation and frequencies.
+"""Imported models of HAWC2 against results of HAWC2 and HAWCStab2: steady operation and frequencies.
 
-At their rotor speed and pitch, without tilt and gravity, with HAWC2's balance of momentum. Beside each deviation stands
-that with what is known to differ in the other program. HAWC2's elements have constant sections, the mean of those
+At their rotor speed and pitch, without tilt and gravity, with HAWC2's balance of momentum. A further column has the
+deviation with the known differences of the other program. HAWC2's elements have constant sections, the mean of those
 between two nodes; imported blades have sections linear between the stations. HAWCStab2's lift is normal to the flow
 at three quarters of the chord, ours (A-39) and HAWC2's to the flow at the aerodynamic centre. HAWC2 turns the centres
 of mass of fully populated sections about the elastic ones (S-72).
@@ -36,30 +36,32 @@ from meltemi.simulation.trim import operating_point
 from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import DATA, library_entries, load_turbine
-from meltemi.verification.table import Comparison, Row, Study, angle, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckStudy, CheckTable, angle, reference_table, relative, source_of
 
 Float = NDArray[np.float64]
 
 BAND, TORSION, FREQUENCY = 1.5, 0.2, 1.0
-"""[%] of power and thrust, [deg] of the tip's torsion, [%] of frequencies."""
+"""Bands of power and thrust [%], of the tip's torsion [deg] and of frequencies [%]."""
 MODES = {"flap_modes": 8, "edge_modes": 6, "torsion_modes": 5, "residual_modes": 5}
-"""Of a blade, 24 in all, with which the last twentieth of the IEA 22 MW's twists as its finite elements do."""
+"""24 modes of a blade, with which the last twentieth of the IEA 22 MW's twists as its finite elements do."""
 FIXED = ("tower", "yaw", "drivetrain", "generator")
+CLAMPED = {"blade": {"flap": 3, "edge": 2, "torsion": 1}, "tower": {"fore_aft": 2, "side_side": 2, "torsion": 0}}
+"""Number of modes of a clamped member by direction."""
 NODES = 40
 """Nodes along a blade: with 80, steady power and thrust change by less than 0.05 %."""
-ROUNDS = 5
+ITERATIONS = 5
 """Torsion is ours or HAWC2's; each round leaves a quarter of what is missing."""
-JUST = 2e-5
+NODE_GAP = 2e-5
 """[m] between the sections on both sides of a node."""
 
 
 @dataclass(frozen=True)
-class Model:
+class Hawc2Model:
     """A model of HAWC2.
 
     Attributes:
-      key: of the reference data.
-      title: in words.
+      key: key of the reference data.
+      title: title in words.
       main: name of its main file.
       stiff: whether the blades are stiff in the reference.
       stability: whether the reference is HAWCStab2's.
@@ -82,13 +84,13 @@ class Model:
 
 
 ELEMENTS = "HAWC2's elements"
-DTU10 = Model("dtu10", "DTU 10 MW", "DTU_10MW_RWT.htc")
-IEA10 = Model("iea10", "IEA 10 MW", "iea10mw.htc", stability=True)
-IEA22 = Model("iea22", "IEA 22 MW", "iea_22mw_rwt_steps.htc", full=True)
+DTU10 = Hawc2Model("dtu10", "DTU 10 MW", "DTU_10MW_RWT.htc")
+IEA10 = Hawc2Model("iea10", "IEA 10 MW", "iea10mw.htc", stability=True)
+IEA22 = Hawc2Model("iea22", "IEA 22 MW", "iea_22mw_rwt_steps.htc", full=True)
 MODELS = (
     DTU10,
-    Model("dtu10 stiff", "DTU 10 MW with stiff blades", "DTU_10MW_RWT.htc", stiff=True),
-    Model("iea15", "IEA 15 MW", "IEA_15MW_RWT_Onshore.htc", stability=True),
+    Hawc2Model("dtu10 stiff", "DTU 10 MW with stiff blades", "DTU_10MW_RWT.htc", stiff=True),
+    Hawc2Model("iea15", "IEA 15 MW", "IEA_15MW_RWT_Onshore.htc", stability=True),
     IEA22,
 )
 
@@ -96,27 +98,27 @@ MODELS = (
 UNITS = {"power": "W", "thrust": "N"}
 
 
-def studies(folder: Path) -> tuple[Study, ...]:
+def studies(folder: Path) -> tuple[CheckStudy, ...]:
     """The comparisons for the models that are somewhere in a folder, and for the IEA 10 MW of the library.
 
     Raises:
       InputError: the folder has none of them.
     """
-    found = {m.main: next(iter(sorted(folder.rglob(m.main))), None) for m in MODELS}
-    made = [Study(10.0, iea10mw)]
+    main_files = {m.main: next(iter(sorted(folder.rglob(m.main))), None) for m in MODELS}
+    comparisons = [CheckStudy(10.0, iea10mw)]
     for model in MODELS:
-        if (path := found[model.main]) is not None:
-            made.append(Study(15.0, partial(steady, model, path)))
-    if (path := found[IEA22.main]) is not None:
-        made.append(Study(15.0, partial(with_their_torsion, path)))
-    if (path := found[DTU10.main]) is not None:
-        made.append(Study(5.0, partial(frequencies, path)))
-    if len(made) == 1:
-        raise InputError(f"--hawc2 {folder}: none of the main files {', '.join(found)} in it")
-    return tuple(made)
+        if (path := main_files[model.main]) is not None:
+            comparisons.append(CheckStudy(15.0, partial(steady, model, path)))
+    if (path := main_files[IEA22.main]) is not None:
+        comparisons.append(CheckStudy(15.0, partial(with_their_torsion, path)))
+    if (path := main_files[DTU10.main]) is not None:
+        comparisons.append(CheckStudy(5.0, partial(frequencies, path)))
+    if len(comparisons) == 1:
+        raise InputError(f"--hawc2 {folder}: none of the main files {', '.join(main_files)} in it")
+    return tuple(comparisons)
 
 
-def iea10mw() -> Comparison:
+def iea10mw() -> CheckTable:
     """The IEA 10 MW of the library."""
     entry = library_entries()[IEA10.key + "mw"]
     assert entry.hawc2 is not None
@@ -129,12 +131,13 @@ def _turbine(source: Path | str) -> Turbine:
     return turbine
 
 
-def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparison:
+def steady(model: Hawc2Model, path: Path, turbine: Turbine | None = None) -> CheckTable:
     """Power, thrust and torsion of the tip over the wind speed.
 
     Args:
-      path: its main file.
-      turbine: what was read from it.
+      model: HAWC2 model.
+      path: main file of the model.
+      turbine: turbine of the library that was read from it, instead.
     """
     turbine = _turbine(path) if turbine is None else turbine
     locked = (*FIXED, "blades") if model.stiff else FIXED
@@ -144,10 +147,10 @@ def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparis
         blade = blade_of(path)
         moved = with_turned_centres(turbine, blade) if model.full else turbine
         theirs = rotor_of(with_elements(moved, blade_nodes(blade)), locked, **(MODES if model.full else {}))
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("hawc2_steady", turbine=model.key):
-        beside_point = _point(theirs, r)
-        ours, other = _loads(_point(plain, r)), _loads(beside_point)
+        beside_point = point_of_row(theirs, r)
+        ours, other = _loads(point_of_row(plain, r)), _loads(beside_point)
         if model.stability:
             other["power"] += _power_of_tilt(theirs, beside_point)
         for what, unit in UNITS.items():
@@ -159,31 +162,31 @@ def steady(model: Model, path: Path, turbine: Turbine | None = None) -> Comparis
             besides = float(np.degrees(other["torsion"] - reference))
             rows.append(angle("tip torsion", _case(r), reference, ours["torsion"], TORSION, beside=besides))
     title = f"{model.title} at HAWC2's speed and pitch"
-    return Comparison(f"hawc2 {model.key}", title, _source(model.key), rows, model.beside)
+    return CheckTable(f"hawc2 {model.key}", title, _source(model.key), rows, model.beside)
 
 
-def with_their_torsion(path: Path) -> Comparison:
-    """The IEA 22 MW with the torsion of HAWC2's blade in place of our own: what is left is aerodynamic."""
+def with_their_torsion(path: Path) -> CheckTable:
+    """The IEA 22 MW with the torsion of HAWC2's blade in place of ours: the remaining deviation is aerodynamic."""
     turbine = _turbine(path)
     outer, length = turbine.blade.aerodynamics, turbine.blade.length
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("hawc2_steady", turbine=IEA22.key):
         table = reference_table("hawc2_torsion", wind=r["wind"])
         if not table:
             continue
         place, torsion = np.array([(float(t["place"]), np.radians(float(t["torsion"]))) for t in table]).T
         missing = np.zeros(len(outer.position))
-        for _ in range(ROUNDS):
+        for _ in range(ITERATIONS):
             # a twist is positive towards feather, torsion nose up
             model = rotor_of(turbine.replace(**{"blade.aerodynamics": outer.replace(twist=outer.twist - missing)}))
-            point = _point(model, r)
-            z, own = _torsion(model, point)
-            missing = np.interp(outer.position, place * length, torsion) - np.interp(outer.position, z, own)
+            point = point_of_row(model, r)
+            z, computed = _torsion(model, point)
+            missing = np.interp(outer.position, place * length, torsion) - np.interp(outer.position, z, computed)
         ours = _loads(point)
         for what, unit in UNITS.items():
             rows.append(relative(what, _case(r), unit, 1e3 * float(r[what]), ours[what], BAND))
     title = f"{IEA22.title} at HAWC2's speed and pitch, with the torsion of HAWC2's blade"
-    return Comparison("hawc2 iea22 torsion", title, source_of("hawc2_torsion"), rows)
+    return CheckTable("hawc2 iea22 torsion", title, source_of("hawc2_torsion"), rows)
 
 
 def _torsion(model: BladedModel, point: OperatingPoint) -> tuple[Float, Float]:
@@ -218,8 +221,8 @@ def _loads(point: OperatingPoint) -> dict[str, float]:
     }
 
 
-def _point(model: BladedModel, r: dict[str, str]) -> OperatingPoint:
-    """Operation at the speed and pitch of a row of the reference."""
+def point_of_row(model: BladedModel, r: dict[str, str]) -> OperatingPoint:
+    """Steady operation at wind speed [m/s], rotor speed [rpm] and pitch [deg] of a row of a reference table."""
     speed, pitch = float(r["rotor_speed"]) * np.pi / 30.0, float(np.radians(float(r["pitch"])))
     return operating_point(model, float(r["wind"]), rotor_speed=speed, pitch=pitch)
 
@@ -256,7 +259,7 @@ def blade_of(path: Path) -> Body:
 
 
 def blade_nodes(blade: Body) -> Float:
-    """(N,) [m] heights of its nodes above its root."""
+    """(N,) [m] heights of the nodes of a blade above its root."""
     height: Float = blade.nodes[:, 2] - blade.nodes[0, 2]
     return height
 
@@ -276,7 +279,7 @@ def with_elements(turbine: Turbine, nodes: Float) -> Turbine:
     blade = turbine.blade.structure
     at = blade.position
     nodes = nodes * at[-1] / nodes[-1]
-    z = np.ravel(np.column_stack([nodes[:-1] + JUST, nodes[1:] - JUST]))
+    z = np.ravel(np.column_stack([nodes[:-1] + NODE_GAP, nodes[1:] - NODE_GAP]))
     z[0], z[-1] = 0.0, at[-1]
 
     def mean(of: Float | None) -> Float:
@@ -295,34 +298,47 @@ def with_elements(turbine: Turbine, nodes: Float) -> Turbine:
     return turbine.replace(**{"blade.structure": blade.replace(position=z, **lines, **matrices)})
 
 
-def frequencies(path: Path) -> Comparison:
+def frequencies(path: Path) -> CheckTable:
     """Frequencies of the DTU 10 MW at rest in its parts, clamped, and of the turbine that turns without air."""
     plain = _turbine(path)
     both = (plain, with_elements(plain, blade_nodes(blade_of(path))))
-    rows: list[Row] = []
+    rows: list[Check] = []
     for of in dict.fromkeys(r["of"] for r in reference_table("hawc2_modes")):
         theirs = [float(r["frequency"]) for r in reference_table("hawc2_modes", of=of)]
         (names, ours), (_, elements) = (_modes(turbine, of) for turbine in both)
-        for name, reference, *found in zip(names, theirs, ours, elements, strict=False):
-            what = f"{of}, clamped" if of in ("blade", "tower") else f"turbine, {of} rad/s"
-            beside = 100.0 * (found[1] / reference - 1.0)
-            rows.append(relative(what, name, "Hz", reference, found[0], FREQUENCY, beside=beside))
+        for name, reference, *computed in zip(names, theirs, ours, elements, strict=False):
+            what = f"{of}, clamped" if of in CLAMPED else f"turbine, {of} rad/s"
+            beside = 100.0 * (computed[1] / reference - 1.0)
+            rows.append(relative(what, name, "Hz", reference, computed[0], FREQUENCY, beside=beside))
     title = "DTU 10 MW, natural frequencies against HAWCStab2 (turbine) and HAWC2 (blade, tower)"
-    return Comparison("hawc2 modes", title, source_of("hawc2_modes"), rows, ELEMENTS)
+    return CheckTable("hawc2 modes", title, source_of("hawc2_modes"), rows, ELEMENTS)
 
 
 def _modes(turbine: Turbine, of: str) -> tuple[list[str], list[float]]:
     """Names and frequencies [Hz], in their order, of a clamped member, or of the turbine at a rotor speed [rad/s]."""
-    if of == "blade":
-        layout = cells(np.linspace(0.0, turbine.blade.length, NODES + 1))
-        member = blade_member(turbine.blade.structure, {"flap": 3, "edge": 2, "torsion": 1}, layout)
-    elif of == "tower":
-        layout = points(np.linspace(0.0, turbine.tower.length, NODES + 1))
-        counts = {"fore_aft": 2, "side_side": 2, "torsion": 0}
-        member = tower_member(turbine.tower, counts, np.zeros((6, 6)), None, layout)
+    if of in CLAMPED:
+        return clamped_frequencies(turbine, of, CLAMPED[of], NODES + 1)
+    model = rotor_of(turbine, ("yaw",), tower_torsion_modes=1)
+    modes = natural_modes(model, float(of), generator_free=True)
+    return [mode.name for mode in modes], [mode.frequency / (2.0 * np.pi) for mode in modes]
+
+
+def clamped_frequencies(
+    turbine: Turbine, member: str, counts: dict[str, int], stations: int
+) -> tuple[list[str], list[float]]:
+    """Names and frequencies [Hz], in their order, of the modes of an isolated blade or tower, clamped at its root.
+
+    Args:
+      turbine: the turbine with the member.
+      member: ``"blade"`` or ``"tower"``.
+      counts: number of modes by direction.
+      stations: number of stations along the member.
+    """
+    if member == "blade":
+        layout = cells(np.linspace(0.0, turbine.blade.length, stations))
+        clamped = blade_member(turbine.blade.structure, counts, layout)
     else:
-        model = rotor_of(turbine, ("yaw",), tower_torsion_modes=1)
-        modes = natural_modes(model, float(of), generator_free=True)
-        return [mode.name for mode in modes], [mode.frequency / (2.0 * np.pi) for mode in modes]
-    order = np.argsort(member.modes.frequency)
-    return [member.names[k] for k in order], (member.modes.frequency[order] / (2.0 * np.pi)).tolist()
+        layout = points(np.linspace(0.0, turbine.tower.length, stations))
+        clamped = tower_member(turbine.tower, counts, np.zeros((6, 6)), None, layout)
+    order = np.argsort(clamped.modes.frequency)
+    return [clamped.names[k] for k in order], (clamped.modes.frequency[order] / (2.0 * np.pi)).tolist()

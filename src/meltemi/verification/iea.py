@@ -11,39 +11,37 @@ from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
-from meltemi.structure.members import blade_member, cells, points, tower_member
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.table import Comparison, Row, angle, difference, reference_table, relative, source_of
+from meltemi.verification.hawc2 import clamped_frequencies, point_of_row
+from meltemi.verification.table import Check, CheckTable, angle, difference, reference_table, relative, source_of
 
 MODES = ModelOptions()
 """The defaults for 6 x 6 sections: these blades twist by 5 deg."""
 LOWEST = 5.0
 """[m/s] below which rows are only reported: HAWC2's controller holds its smallest rotor speed by pitch."""
-HEAVY = 0.12
+FLAPWISE_DAMPING = 0.12
 """Damping ratio above which a mode is flapwise."""
 RATED = 10.9
 """[m/s] between the last wind of the table at the smallest pitch and the first above it."""
 
 
-def steady_15mw() -> Comparison:
+def steady_15mw() -> CheckTable:
     """Steady operation from 3 to 25 m/s: at the table's rotor speed and pitch, and under the turbine's own control."""
     alone, model = rotor_alone("iea15mw"), build(load_turbine("iea15mw"), MODES)
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("iea15mw_hawc2"):
-        wind, pitch = float(r["wind"]), np.radians(float(r["pitch"]))
-        speed = float(r["rotor_speed"]) * np.pi / 30.0
+        wind, pitch, speed = float(r["wind"]), np.radians(float(r["pitch"])), float(r["rotor_speed"]) * np.pi / 30.0
         case, judged = f"{wind:g} m/s", wind >= LOWEST
         if wind < RATED:
-            same = operating_point(alone, wind, rotor_speed=speed, pitch=float(pitch))
-            rows += _loads(same, r, case, "at the table's speed and pitch", judged)
-        own = operating_point(model, wind)
-        rows += _loads(own, r, case, "own control", judged)
-        rows.append(_pitch(own, r, case, 0.5 if judged else None))
-        rows.append(relative("rotor speed, own control", case, "rad/s", speed, own.rotor_speed))
-    return Comparison("iea15mw", "IEA 15 MW, steady operation against HAWC2", source_of("iea15mw_hawc2"), rows)
+            rows += _loads(point_of_row(alone, r), r, case, "at the table's speed and pitch", judged)
+        controlled = operating_point(model, wind)
+        rows += _loads(controlled, r, case, "own control", judged)
+        rows.append(angle("pitch, own control", case, float(pitch), controlled.pitch, 0.5 if judged else None))
+        rows.append(relative("rotor speed, own control", case, "rad/s", speed, controlled.rotor_speed))
+    return CheckTable("iea15mw", "IEA 15 MW, steady operation against HAWC2", source_of("iea15mw_hawc2"), rows)
 
 
-def _loads(point: OperatingPoint, r: dict[str, str], case: str, what: str, judged: bool) -> list[Row]:
+def _loads(point: OperatingPoint, r: dict[str, str], case: str, what: str, judged: bool) -> list[Check]:
     power = point["rotor_aero_torque"] * point.rotor_speed
     reference, thrust = 1e3 * float(r["power"]), 1e3 * float(r["thrust"])
     return [
@@ -52,89 +50,70 @@ def _loads(point: OperatingPoint, r: dict[str, str], case: str, what: str, judge
     ]
 
 
-def _pitch(point: OperatingPoint, r: dict[str, str], case: str, band: float | None) -> Row:
-    reference = float(np.radians(float(r["pitch"])))
-    return angle("pitch, own control", case, reference, point.pitch, band)
-
-
 def rotor_alone(name: str, **options: object) -> BladedModel:
     """The turbine as the tables have it: no tilt and no gravity."""
     level = load_turbine(name).replace(**{"nacelle.tilt": 0.0})
     return build(level, MODES.replace(**options), Environment(gravity=0.0))
 
 
-def steady_22mw() -> Comparison:
+def steady_22mw() -> CheckTable:
     """Loads and deflections at HAWC2's rotor speed and pitch: within a band or between HAWC2 and OpenFAST."""
     model = rotor_alone("iea22mw")
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("iea22mw_steady"):
-        wind, case = float(r["wind"]), f"{r['wind']} m/s"
-        speed, pitch = float(r["rotor_speed"]) * np.pi / 30.0, np.radians(float(r["pitch"]))
-        point = operating_point(model, wind, rotor_speed=speed, pitch=float(pitch))
-        found = {
-            "power": (point["rotor_aero_torque"] * speed, "W", 2.5),
+        case, point = f"{r['wind']} m/s", point_of_row(model, r)
+        quantities = {
+            "power": (point["rotor_aero_torque"] * point.rotor_speed, "W", 2.5),
             "thrust": (point["rotor_aero_thrust"], "N", 2.5),
             "flap": (point["tip_flap_1"], "m", 3.0),
             "torsion": (float(np.degrees(point["tip_twist_1"])), "deg", 10.0),
         }
-        for what, (ours, unit, band) in found.items():
+        for what, (ours, unit, band) in quantities.items():
             theirs, other = float(r[what]), float(r[f"{what}_openfast"])
             gap = 100.0 * (other - theirs) / abs(theirs)
             between = abs(gap) if gap * (ours - theirs) > 0.0 else 0.0
             rows.append(relative(what, case, unit, theirs, ours, max(band, between), beside=gap))
     title = "IEA 22 MW at HAWC2's speed and pitch; beside: OpenFAST against HAWC2"
-    return Comparison("iea22mw", title, source_of("iea22mw_steady"), rows)
+    return CheckTable("iea22mw", title, source_of("iea22mw_steady"), rows)
 
 
-def modes_22mw() -> Comparison:
+def modes_22mw() -> CheckTable:
     """Aeroelastic edgewise modes: frequencies within 3 %, damping in the gap of both codes widened by a quarter."""
     model = rotor_alone("iea22mw", locked=("tower", "yaw", "generator", "drivetrain"))
     steady = {r["wind"]: r for r in reference_table("iea22mw_steady")}
-    rows: list[Row] = []
+    rows: list[Check] = []
     for wind, r in steady.items():
         modes = reference_table("iea22mw_modes", wind=wind)
         if not modes:
             continue
-        speed, pitch = float(r["rotor_speed"]) * np.pi / 30.0, np.radians(float(r["pitch"]))
-        point = operating_point(model, float(wind), rotor_speed=speed, pitch=float(pitch))
-        ours = linearise(model, point, ("pitch",), ("rotor_aero_thrust",), azimuths=1).modes()
+        ours = linearise(model, point_of_row(model, r), ("pitch",), ("rotor_aero_thrust",), azimuths=1).modes()
         for m in modes:
             theirs, other = (float(m[name]) for name in ("frequency", "frequency_openfast"))
-            own = min(
-                (mode for mode in ours if mode.damping < HEAVY),
+            nearest = min(
+                (mode for mode in ours if mode.damping < FLAPWISE_DAMPING),
                 key=lambda mode: abs(mode.frequency / (2.0 * np.pi) - 0.5 * (theirs + other)),
             )
-            case, found = f"{m['mode']}, {wind} m/s", own.frequency / (2.0 * np.pi)
-            rows.append(relative("frequency", case, "Hz", theirs, found, 3.0, beside=100.0 * (other / theirs - 1.0)))
+            case, frequency = f"{m['mode']}, {wind} m/s", nearest.frequency / (2.0 * np.pi)
+            rows.append(
+                relative("frequency", case, "Hz", theirs, frequency, 3.0, beside=100.0 * (other / theirs - 1.0))
+            )
             low, high = sorted(float(m[name]) for name in ("damping", "damping_openfast"))
             band = 75.0 * (high - low) if "1st" in case else None
             middle = 0.5 * (low + high)
-            rows.append(difference("damping", case, "-", middle, own.damping, band, measure="points", factor=100.0))
+            rows.append(difference("damping", case, "-", middle, nearest.damping, band, measure="points", factor=100.0))
     title = "IEA 22 MW, aeroelastic edgewise modes against HAWC2 and OpenFAST (damping: against their mean)"
-    return Comparison("iea22mw modes", title, source_of("iea22mw_modes"), rows)
+    return CheckTable("iea22mw modes", title, source_of("iea22mw_modes"), rows)
 
 
-def frequencies() -> Comparison:
+def frequencies() -> CheckTable:
     """Natural frequencies of isolated blades and towers."""
-    models = {name: build(load_turbine(name)) for name in ("iea15mw", "iea22mw")}
+    turbines = {name: load_turbine(name) for name in ("iea15mw", "iea22mw")}
+    counts = {"tower": {"fore_aft": 1, "side_side": 0, "torsion": 0}, "blade": {"flap": 1, "edge": 1, "torsion": 0}}
     rows = []
     for r in reference_table("iea_frequencies"):
-        ours = _alone(models[r["turbine"]], r["member"])
+        member, _, mode = r["member"].partition(" ")
+        names, computed = clamped_frequencies(turbines[r["turbine"]], member, counts[member], 21)
+        ours = computed[names.index("1st fore-aft" if mode == "alone" else mode)]
         rows.append(relative("frequency", f"{r['turbine']} {r['member']}", "Hz", float(r["frequency"]), ours, 3.0))
     title = "IEA 15 MW and 22 MW, frequencies of blade and tower"
-    return Comparison("iea modes", title, source_of("iea_frequencies"), rows)
-
-
-def _alone(model: BladedModel, member: str) -> float:
-    """[Hz] first natural frequency of an isolated member."""
-    turbine = model.turbine
-    if member == "tower alone":
-        layout = points(np.linspace(0.0, turbine.tower.length, 21))
-        counts = {"fore_aft": 1, "side_side": 0, "torsion": 0}
-        found = tower_member(turbine.tower, counts, np.zeros((6, 6)), None, layout)
-        kind = "1st fore-aft"
-    else:
-        layout = cells(np.linspace(0.0, turbine.blade.length, 21))
-        found = blade_member(turbine.blade.structure, {"flap": 1, "edge": 1, "torsion": 0}, layout)
-        kind = member.removeprefix("blade ")
-    return float(found.modes.frequency[found.names.index(kind)]) / (2.0 * np.pi)
+    return CheckTable("iea modes", title, source_of("iea_frequencies"), rows)

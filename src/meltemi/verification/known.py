@@ -1,11 +1,11 @@
 """Known deviations: beyond their band, understood, each with its own bound.
 
-How each was established stands in docs/verification/index.md.
+docs/verification/index.md describes how each was established.
 """
 
 from __future__ import annotations
 
-from meltemi.verification.table import Known
+from meltemi.verification.table import KnownDeviation
 
 ELASTODYN = (
     "ElastoDyn cuts the blade into 17 elements and sums by half elements, so its blades are 1 to 2 % more flexible "
@@ -71,27 +71,27 @@ HAWC2_SHAFT = (
 )
 
 KNOWN = (
-    Known("hawc2 iea1?", "power", "*", 4.2, HAWCSTAB2_LIFT),
-    Known("hawc2 iea1?", "thrust", "25 m/s", 2.0, HAWC2_ELEMENTS),
-    Known("hawc2 iea10", "tip torsion", "25 m/s", 0.4, HAWC2_ELEMENTS),
-    Known("hawc2 iea22", "tip torsion", "10 m/s", 0.25, HAWC2_CENTRES),
-    Known("hawc2 iea22", "thrust", "[567] m/s", 2.2, HAWC2_THRUST),
-    Known("hawc2 iea22", "*", "1[6789] m/s", 3.3, HAWC2_CENTRES),
-    Known("hawc2 iea22", "*", "2? m/s", 5.8, HAWC2_CENTRES),
-    Known("hawc2 modes", "*clamped", "1st flap", 1.2, HAWC2_ELEMENTS),
-    Known("hawc2 modes", "turbine*", "*collective", 1.7, HAWC2_ELEMENTS),
-    Known("hawc2 modes", "turbine*", "*whirl", 10.5, HAWC2_SHAFT),
-    Known("uae attached", "normal coefficient", "95 % *", 20.0, TIP),
-    Known("uae attached", "normal coefficient", "30 % *", 12.0, ROOT),
-    Known("steady *", "IPDefl1", "*", 9.0, ELASTODYN),
-    Known("steady *", "OoPDefl1", "*", 4.0, ELASTODYN),
-    Known("iea15mw", "aerodynamic power*", "5 m/s", 11.0, HAWC2_INDUCTION),
-    Known("iea15mw", "aerodynamic power*", "*", 3.5, EARLIER_BLADE),
-    Known("iea15mw", "thrust*", "*", 7.0, EARLIER_BLADE),
-    Known("iea15mw", "pitch*", "11 m/s", 0.6, EARLIER_BLADE),
-    Known("iea22mw", "flap", "10 m/s", 4.0, THRUST_22MW),
-    Known("iea22mw", "flap", "12 m/s", 3.5, PITCH_22MW),
-    Known("iea22mw", "power", "20 m/s", 3.0, PITCH_22MW),
-    Known("iea22mw modes", "damping", "1st edge*", 1.0, EDGE_DAMPING),
-    Known("report modes", "natural frequency", "1st tower fore-aft", 3.5, TOWER_SHAPE),
+    KnownDeviation("hawc2 iea1?", "power", "*", 4.2, HAWCSTAB2_LIFT),
+    KnownDeviation("hawc2 iea1?", "thrust", "25 m/s", 2.0, HAWC2_ELEMENTS),
+    KnownDeviation("hawc2 iea10", "tip torsion", "25 m/s", 0.4, HAWC2_ELEMENTS),
+    KnownDeviation("hawc2 iea22", "tip torsion", "10 m/s", 0.25, HAWC2_CENTRES),
+    KnownDeviation("hawc2 iea22", "thrust", "[567] m/s", 2.2, HAWC2_THRUST),
+    KnownDeviation("hawc2 iea22", "*", "1[6789] m/s", 3.3, HAWC2_CENTRES),
+    KnownDeviation("hawc2 iea22", "*", "2? m/s", 5.8, HAWC2_CENTRES),
+    KnownDeviation("hawc2 modes", "*clamped", "1st flap", 1.2, HAWC2_ELEMENTS),
+    KnownDeviation("hawc2 modes", "turbine*", "*collective", 1.7, HAWC2_ELEMENTS),
+    KnownDeviation("hawc2 modes", "turbine*", "*whirl", 10.5, HAWC2_SHAFT),
+    KnownDeviation("uae attached", "normal coefficient", "95 % *", 20.0, TIP),
+    KnownDeviation("uae attached", "normal coefficient", "30 % *", 12.0, ROOT),
+    KnownDeviation("steady *", "IPDefl1", "*", 9.0, ELASTODYN),
+    KnownDeviation("steady *", "OoPDefl1", "*", 4.0, ELASTODYN),
+    KnownDeviation("iea15mw", "aerodynamic power*", "5 m/s", 11.0, HAWC2_INDUCTION),
+    KnownDeviation("iea15mw", "aerodynamic power*", "*", 3.5, EARLIER_BLADE),
+    KnownDeviation("iea15mw", "thrust*", "*", 7.0, EARLIER_BLADE),
+    KnownDeviation("iea15mw", "pitch*", "11 m/s", 0.6, EARLIER_BLADE),
+    KnownDeviation("iea22mw", "flap", "10 m/s", 4.0, THRUST_22MW),
+    KnownDeviation("iea22mw", "flap", "12 m/s", 3.5, PITCH_22MW),
+    KnownDeviation("iea22mw", "power", "20 m/s", 3.0, PITCH_22MW),
+    KnownDeviation("iea22mw modes", "damping", "1st edge*", 1.0, EDGE_DAMPING),
+    KnownDeviation("report modes", "natural frequency", "1st tower fore-aft", 3.5, TOWER_SHAPE),
 )

@@ -1,4 +1,4 @@
-"""``meltemi bench --loads``: a sample of a load base, how its time divides, and what the whole takes."""
+"""``meltemi bench --loads``: time of a sample of a load base by its parts, and the time of the whole."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from meltemi.core.threads import available_cores
 from meltemi.loads.loadbase.campaign import make_campaign
 from meltemi.loads.loadbase.engine import base_status, base_table, run_base
 from meltemi.loads.loadbase.plan import plan
-from meltemi.verification.memory import peak_memory
+from meltemi.verification.bench import peak_memory
 
 PARTS = {"wind": "wind_seconds", "simulation": "simulation_seconds", "reduction": "reduction_seconds"}
 
@@ -22,8 +22,8 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
     """Run a sample of the load base of the NREL 5 MW, class IB, edition 4, on all cores.
 
     Args:
-      cases: of the sample: every n-th case that can run.
-      say: called with what is going on.
+      cases: number of cases of the sample: every n-th case that can run.
+      say: callback with the current activity.
 
     Returns:
       ``cases``, ``hours`` (simulated, of the sample), ``cores``, ``wall_s``, ``cpu_s`` (of the process), ``parts``
@@ -69,10 +69,9 @@ def load_benchmark(*, cases: int = 40, say: Callable[[str], None] = lambda text:
     }
 
 
-def load_lines(found: dict[str, Any]) -> list[str]:
+def load_lines(f: dict[str, Any]) -> list[str]:
     """The figures of :func:`load_benchmark` as lines."""
-    shares = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in found["parts"].items())
-    f = found
+    shares = ", ".join(f"{name} {100.0 * share:.1f} %" for name, share in f["parts"].items())
     return [
         f"{f['cases']} cases, {f['hours']:.1f} h simulated, in {f['wall_s']:.0f} s on {f['cores']} cores",
         f"{f['cpu_s']:.0f} s of processor time: {f['times']:.0f} times real time a core; {shares}",

@@ -10,7 +10,7 @@ from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.rotors import build
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
-from meltemi.verification.table import Comparison, Row, difference, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckTable, difference, reference_table, relative, source_of
 
 SPEED = 12.1 * np.pi / 30.0
 CASES = {
@@ -28,13 +28,13 @@ def model_at(gravity: float, **changes: object) -> BladedModel:
     return build(turbine, deck_options(turbine, "A", blade_nodes=40, **changes), Environment(gravity=gravity))
 
 
-def damping_row(what: str, case: str, reference: float, ours: float) -> Row:
+def damping_row(what: str, case: str, reference: float, ours: float) -> Check:
     """Within 0.1 points or 4 %, whichever is wider."""
     band = max(0.1, 4.0 * reference)
     return difference(what, case, "-", reference, ours, band, measure="points", factor=100.0)
 
 
-def linearised() -> Comparison:
+def linearised() -> CheckTable:
     """Modes at rest and at 12.1 rpm."""
     rows = []
     for case, (name, speed, gravity, free) in CASES.items():
@@ -45,4 +45,4 @@ def linearised() -> Comparison:
             frequency = mode.frequency / (2.0 * np.pi)
             rows.append(relative(f"frequency {name}", where, "Hz", float(r["frequency_hz"]), frequency, 1.5))
             rows.append(damping_row(f"damping {name}", where, 0.01 * float(r["damping_percent"]), mode.damping))
-    return Comparison("modes", "Linearised modes against OpenFAST", source_of("modes"), rows)
+    return CheckTable("modes", "Linearised modes against OpenFAST", source_of("modes"), rows)

@@ -12,7 +12,7 @@ from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.table import Comparison, Row, at_least, relative
+from meltemi.verification.table import Check, CheckTable, at_least, relative
 from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
@@ -24,10 +24,10 @@ LIFT, INCIDENCE, SLOPE = 0.8, 0.1, 6.0
 STATIONS = 200
 
 
-def momentum() -> Comparison:
+def momentum() -> CheckTable:
     """Power of Glauert's optimum rotor, Betz's limit, thrust against the momentum of the wake."""
     turbine = load_turbine("nrel5mw")
-    rows: list[Row] = []
+    rows: list[Check] = []
     plain = ModelOptions(
         tip_loss=False, hub_loss=False, blade_nodes=200, advanced=AdvancedOptions(induction_iterations=40)
     )
@@ -43,7 +43,7 @@ def momentum() -> Comparison:
         thrust, wake = _far_wake(turbine, loss)
         name = "with tip and hub loss" if loss else "without losses"
         rows.append(relative("thrust from far-wake momentum", name, "N", wake, thrust, 0.5))
-    return Comparison("momentum", "The rotor against momentum theory", "Glauert (1935); Betz (1920)", rows)
+    return CheckTable("momentum", "The rotor against momentum theory", "Glauert (1935); Betz (1920)", rows)
 
 
 def optimum_rotor(turbine: Turbine, ratio: float) -> tuple[Turbine, float]:

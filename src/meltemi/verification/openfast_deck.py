@@ -4,7 +4,7 @@ The library's turbine is that of the report (NREL/TP-500-38060). The deck of the
 few places, applied here one by one:
 
 * blade mass: AdjBlMs 1.04536 instead of the factor that gives the report's 17,740 kg; and ElastoDyn's
-  seventeen lumps have moments of their own, which are met by a quadratic factor along the blade;
+  seventeen lumps have other moments, which a quadratic factor along the blade reproduces;
 * zero-lift angles and drag floors as stated in the airfoil files, for OpenFAST's fit of the dynamic stall;
 * mode shapes of blades and tower are the deck's polynomials (the fore-aft one makes the tower 3 % stiffer
   than its section data, see docs/verification);

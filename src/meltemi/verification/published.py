@@ -10,7 +10,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.table import Comparison, Row, angle, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckTable, angle, reference_table, relative, source_of
 
 TURN = 2.0 * np.pi
 COLUMNS = (
@@ -23,13 +23,13 @@ COLUMNS = (
 """What, our channel, unit, column of the report, its unit, OpenFAST's channel, band."""
 
 
-def report_steady() -> Comparison:
+def report_steady() -> CheckTable:
     """Steady operation from 3 to 25 m/s, with the options of reference set A."""
     # the report's turbine with ElastoDyn's degrees of freedom, quasi-steady wake, static polars
     options = ModelOptions(torsion_modes=0, inflow="quasi_steady", stall="static", tower_drag=False, locked=("yaw",))
     model = build(load_turbine("nrel5mw"), options)
     openfast = {(float(r["wind"]), r["channel"]): float(r["value"]) for r in reference_table("steady", set="A")}
-    rows: list[Row] = []
+    rows: list[Check] = []
     for r in reference_table("tp38060_steady"):
         wind = float(r["wind"])
         point = operating_point(model, wind)
@@ -44,12 +44,12 @@ def report_steady() -> Comparison:
             else:
                 beside = None if other is None else 100.0 * (other / reference - 1.0)
                 rows.append(relative(what, case, unit, reference, ours, band, beside=beside))
-    return Comparison(
+    return CheckTable(
         "report", "Steady operation against the report", source_of("tp38060_steady"), rows, "OpenFAST set A"
     )
 
 
-def report_modes() -> Comparison:
+def report_modes() -> CheckTable:
     """The 13 lowest natural frequencies at standstill, about equilibrium under gravity."""
     model = build(load_turbine("nrel5mw"), ModelOptions(locked=("yaw",)), Environment())
     modes = natural_modes(model)
@@ -57,6 +57,6 @@ def report_modes() -> Comparison:
     for mode, r in zip(modes, sorted(reference_table("tp38060_modes"), key=lambda r: float(r["fast"])), strict=False):
         fast, beside = float(r["fast"]), 100 * (float(r["adams"]) / float(r["fast"]) - 1)
         rows.append(relative("natural frequency", r["mode"], "Hz", fast, mode.frequency / TURN, 3.0, beside=beside))
-    return Comparison(
+    return CheckTable(
         "report modes", "Natural frequencies against the report (FAST)", source_of("tp38060_modes"), rows, "ADAMS"
     )

@@ -11,21 +11,21 @@ from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.steady import deck_model
-from meltemi.verification.table import Comparison, Row, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckTable, reference_table, relative, source_of
 from meltemi.wind.fields import SteadyWind
 
 ANGLES = (-40.0, -30.0, -20.0, -10.0, 10.0, 20.0, 30.0, 40.0)
 """[deg] yaw errors."""
 
 
-def performance() -> Comparison:
+def performance() -> CheckTable:
     """Power and thrust coefficient of the rigid rotor."""
     turbine = deck_turbine(load_turbine("nrel5mw"))
     table = reference_table("performance")
     ratios = sorted({float(r["tip_speed_ratio"]) for r in table})
     pitches = sorted({float(r["pitch_deg"]) for r in table})
     ours = rotor_performance(turbine, ratios, np.radians(pitches).tolist(), options=deck_options(turbine, "A"))
-    rows: list[Row] = []
+    rows: list[Check] = []
     figure, axes = new_figure(1, 2, size=(9.0, 3.6))
     for ax, quantity, values in zip(axes[0], ("power", "thrust"), (ours.power, ours.thrust), strict=True):
         name, column = f"{quantity} coefficient", f"{quantity}_coefficient"
@@ -34,7 +34,7 @@ def performance() -> Comparison:
             i, j = ratios.index(float(r["tip_speed_ratio"])), pitches.index(float(r["pitch_deg"]))
             case = f"tip-speed ratio {ratios[i]:g}, pitch {pitches[j]:g} deg"
             reference, value = float(r[column]), float(values[i, j])
-            rows.append(Row(name, case, "-", reference, value, 100.0 * (value - reference) / largest, "%", 1.0))
+            rows.append(Check(name, case, "-", reference, value, 100.0 * (value - reference) / largest, "%", 1.0))
         for j, pitch in enumerate(pitches):
             points = [(float(r["tip_speed_ratio"]), float(r[column])) for r in table if float(r["pitch_deg"]) == pitch]
             ax.plot(ratios, values[:, j], color=COLOURS[j], label=f"{pitch:g} deg")
@@ -44,10 +44,10 @@ def performance() -> Comparison:
         ax.set_ylim(bottom=0.0)
     axes[0, 0].legend(title="pitch (circles: OpenFAST)")
     title = "Rigid rotor against OpenFAST (aerodyn_driver)"
-    return Comparison("performance", title, source_of("performance"), rows, figures={"performance": figure})
+    return CheckTable("performance", title, source_of("performance"), rows, figures={"performance": figure})
 
 
-def power_in_yaw() -> Comparison:
+def power_in_yaw() -> CheckTable:
     """Power of steady operation at 8 m/s against the yaw error, beside the cube of its cosine."""
     model = deck_model("A")
     straight = operating_point(model, 8.0)["GenPwr"]
@@ -70,4 +70,4 @@ def power_in_yaw() -> Comparison:
     axes[0, 0].legend()
     source = "cube of the cosine: the power of the wind across the disk, with an unchanged power coefficient"
     title, figures = "Power against the yaw error at 8 m/s", {"power_in_yaw": figure}
-    return Comparison("power in yaw", title, source, rows, figures=figures)
+    return CheckTable("power in yaw", title, source, rows, figures=figures)

@@ -17,7 +17,7 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
 from meltemi.turbine.library import load_turbine
 from meltemi.verification.openfast_deck import deck_options, deck_turbine
-from meltemi.verification.table import Comparison, Row, angle, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckTable, angle, reference_table, relative, source_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,9 +38,9 @@ BANDS = {
     "YawBrMzp": 10.0,
     "TwrBsMxt": 10.0,
 }
-"""[%] for steady means; the pitch angle has 0.2 deg."""
+"""Bands [%] of steady means; that of the pitch angle is 0.2 deg."""
 FLOOR = 0.2
-"""Of the channel's largest steady mean."""
+"""Fraction of the channel's largest steady mean to which small values are compared."""
 
 
 @cache
@@ -57,14 +57,14 @@ def _steady_table(aero: str) -> dict[float, dict[str, float]]:
     return table
 
 
-def steady(aero: str) -> Comparison:
+def steady(aero: str) -> CheckTable:
     """Means at twelve wind speeds, and the effect of blade torsion, which ElastoDyn lacks."""
     table = _steady_table(aero)
     points = {wind: operating_point(deck_model(aero), wind) for wind in table}
     # computed modes are the base for the effect of torsion
     stiff, soft = (deck_model(aero, mode_shapes="computed", torsion_modes=n) for n in (0, 1))
     untwisted, twisted = ({wind: operating_point(model, wind) for wind in table} for model in (stiff, soft))
-    rows: list[Row] = []
+    rows: list[Check] = []
     for name in ("BldPitch1", *BANDS):
         floor = FLOOR * max(abs(values[name]) for values in table.values())
         unit = find(name, standard()).unit
@@ -79,7 +79,7 @@ def steady(aero: str) -> Comparison:
                 rows.append(relative(name, where, unit, reference, ours, BANDS[name], floor=floor, beside=beside))
     title = f"Steady operation in uniform wind against OpenFAST set {aero}"
     figures = {f"steady_{aero}": _plot_steady(table, points, f"set {aero}")}
-    return Comparison(f"steady {aero}", title, source_of("steady"), rows, "with torsion", figures)
+    return CheckTable(f"steady {aero}", title, source_of("steady"), rows, "with torsion", figures)
 
 
 def _plot_steady(table: dict[float, dict[str, float]], points: dict[float, OperatingPoint], label: str) -> Figure:
@@ -104,9 +104,9 @@ NODES = (6, 9, 12, 15, 17, 18)
 """Output nodes of the reference runs."""
 
 
-def spanwise(aero: str) -> Comparison:
+def spanwise(aero: str) -> CheckTable:
     """Angle of attack, induction and loads along the blade."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     figures = {}
     for wind in (8.0, 12.0, 20.0):
         point = operating_point(deck_model(aero), wind)
@@ -124,7 +124,7 @@ def spanwise(aero: str) -> Comparison:
         if wind == 12.0:
             figures[f"spanwise_{aero}"] = _plot_nodes(table, point)
     title = f"Along the blade, against OpenFAST set {aero}"
-    return Comparison(f"spanwise {aero}", title, source_of("nodes"), rows, figures=figures)
+    return CheckTable(f"spanwise {aero}", title, source_of("nodes"), rows, figures=figures)
 
 
 def _plot_nodes(table: dict[str, dict[int, float]], point: OperatingPoint) -> Figure:

@@ -16,13 +16,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from meltemi.core.files import write_text
 from meltemi.core.units import display
-from meltemi.report.tables import number
+from meltemi.report.tables import Rows, number
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Verdict(StrEnum):
+class CheckVerdict(StrEnum):
     """Verdict of a row; only FAIL is an error."""
 
     PASS = "pass"
@@ -32,7 +32,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownDeviation:
     """A known deviation beyond its band.
 
     Attributes:
@@ -49,14 +49,14 @@ class Known:
 
 
 @dataclass(frozen=True)
-class Row:
+class Check:
     """A value and its reference.
 
     Attributes:
-      what: the quantity.
-      case: where: wind speed, mode, node, ...
+      what: quantity.
+      case: wind speed, mode, node, ...
       unit: SI unit of ``reference`` and ``ours``.
-      deviation: in ``measure``.
+      deviation: deviation in ``measure``.
       measure: ``"%"``, ``"deg"``, ``"s"``, ``"points"`` or ``"-"``.
       band: largest deviation that passes; None is only reported.
       beside: a further number for comparison, in ``measure``.
@@ -72,18 +72,18 @@ class Row:
     measure: str = "%"
     band: float | None = None
     beside: float | None = None
-    verdict: Verdict = Verdict.REPORTED
+    verdict: CheckVerdict = CheckVerdict.REPORTED
     why: str = ""
 
-    def judged(self, table: str, known: Sequence[Known]) -> Row:
+    def judged(self, table: str, known: Sequence[KnownDeviation]) -> Check:
         """The row with its verdict."""
         if self.band is None or abs(self.deviation) <= self.band:
-            return replace(self, verdict=Verdict.REPORTED if self.band is None else Verdict.PASS, why="")
+            return replace(self, verdict=CheckVerdict.REPORTED if self.band is None else CheckVerdict.PASS, why="")
         for k in known:
             fits = fnmatch(table, k.table) and fnmatch(self.what, k.what) and fnmatch(self.case, k.case)
             if fits and abs(self.deviation) <= k.bound:
-                return replace(self, verdict=Verdict.KNOWN, why=k.why)
-        return replace(self, verdict=Verdict.FAIL, why="")
+                return replace(self, verdict=CheckVerdict.KNOWN, why=k.why)
+        return replace(self, verdict=CheckVerdict.FAIL, why="")
 
 
 def relative(
@@ -96,10 +96,10 @@ def relative(
     *,
     floor: float = 0.0,
     beside: float | None = None,
-) -> Row:
+) -> Check:
     """A row with the deviation in percent of the reference's magnitude, at least of ``floor``."""
     scale = max(abs(reference), abs(floor), 1e-300)
-    return Row(what, case, unit, reference, ours, 100.0 * (ours - reference) / scale, "%", band, beside)
+    return Check(what, case, unit, reference, ours, 100.0 * (ours - reference) / scale, "%", band, beside)
 
 
 def difference(  # noqa: PLR0913 - the columns of a row
@@ -113,65 +113,65 @@ def difference(  # noqa: PLR0913 - the columns of a row
     measure: str = "-",
     factor: float = 1.0,
     beside: float | None = None,
-) -> Row:
+) -> Check:
     """A row whose deviation is ``factor`` times the difference."""
-    return Row(what, case, unit, reference, ours, factor * (ours - reference), measure, band, beside)
+    return Check(what, case, unit, reference, ours, factor * (ours - reference), measure, band, beside)
 
 
 def angle(
     what: str, case: str, reference: float, ours: float, band: float | None, *, beside: float | None = None
-) -> Row:
+) -> Check:
     """A row of an angle [rad] whose deviation is in degrees."""
     return difference(what, case, "rad", reference, ours, band, measure="deg", factor=180.0 / math.pi, beside=beside)
 
 
-def phase(what: str, case: str, reference: float, ours: float, band: float) -> Row:
+def phase(what: str, case: str, reference: float, ours: float, band: float) -> Check:
     """A row of a phase angle [rad], whose deviation is modulo a full turn."""
     turn = (ours - reference + math.pi) % (2.0 * math.pi) - math.pi
     return angle(what, case, reference, reference + turn, band)
 
 
-def at_least(what: str, case: str, unit: str, bound: float, ours: float) -> Row:
+def at_least(what: str, case: str, unit: str, bound: float, ours: float) -> Check:
     """A row that passes if the value reaches the bound; the deviation is the shortfall in percent."""
     missing = max(0.0, 100.0 * (bound - ours) / abs(bound))
-    return Row(what, case, unit, bound, ours, missing, "%", 0.0)
+    return Check(what, case, unit, bound, ours, missing, "%", 0.0)
 
 
 @dataclass(frozen=True)
-class Comparison:
+class CheckTable:
     """Rows against one source.
 
     Attributes:
       name: short, for patterns and files.
-      title, source: in words.
-      beside: what the further column is, if there is one.
+      title, source: title and source in words.
+      beside: head of a further column; empty without one.
       figures: plots by name.
     """
 
     name: str
     title: str
     source: str
-    rows: Sequence[Row]
+    rows: Sequence[Check]
     beside: str = ""
     figures: dict[str, Figure] = field(default_factory=dict)
 
     text_columns = 2
 
-    def judged(self, known: Sequence[Known]) -> Comparison:
+    def judged(self, known: Sequence[KnownDeviation]) -> CheckTable:
         """The comparison with the verdict of each row."""
         return replace(self, rows=[row.judged(self.name, known) for row in self.rows])
 
-    def head_and_rows(self) -> tuple[list[str], list[list[str]]]:
+    def head_and_rows(self) -> Rows:
         """Table for the terminal: for each quantity the case with the largest deviation."""
         head = ["quantity", "worst case", "cases", "reference", "ours", "unit", "deviation", "band", "verdict"]
         if self.beside:
             head.insert(7, self.beside)
-        groups: dict[str, list[Row]] = {}
+        groups: dict[str, list[Check]] = {}
         for row in self.rows:
             groups.setdefault(row.what, []).append(row)
         lines = []
         for what, rows in groups.items():
-            order = {Verdict.REPORTED: 0, Verdict.PASS: 1, Verdict.KNOWN: 2, Verdict.FAIL: 3}
+            order = {CheckVerdict.REPORTED: 0, CheckVerdict.PASS: 1, CheckVerdict.KNOWN: 2, CheckVerdict.FAIL: 3}
             row = max(rows, key=lambda r: (order[r.verdict], abs(r.deviation) / (r.band or 1.0)))
             unit, factor = display(row.unit, angular_rate_in_degrees=False)
             line = [what, row.case, str(len(rows)), number(row.reference * factor), number(row.ours * factor), unit]
@@ -183,46 +183,49 @@ class Comparison:
         return head, lines
 
 
-class Study(NamedTuple):
+class CheckStudy(NamedTuple):
     """A comparison to make.
 
     Attributes:
       seconds: usual duration.
-      compare: makes it.
-      what: its name where it cannot be made.
+      compare: function that returns the comparison.
+      what: name in the message if a package is missing.
       needs: optional packages.
     """
 
     seconds: float
-    compare: Callable[[], Comparison]
+    compare: Callable[[], CheckTable]
     what: str = ""
     needs: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Report:
+class VerificationReport:
     """All comparisons of a verification.
 
     Attributes:
       tables: the comparisons.
-      name: of the files that ``write`` makes.
+      name: name of the files that ``write`` makes.
     """
 
-    tables: Sequence[Comparison]
+    tables: Sequence[CheckTable]
     name: str = "verification"
 
-    def count(self, verdict: Verdict) -> int:
+    def count(self, verdict: CheckVerdict) -> int:
         """Number of rows with a verdict."""
         return sum(row.verdict is verdict for table in self.tables for row in table.rows)
 
     @property
     def failed(self) -> bool:
-        """Any row fails."""
-        return self.count(Verdict.FAIL) > 0
+        """Whether any row fails."""
+        return self.count(CheckVerdict.FAIL) > 0
 
     def summary(self) -> str:
         """Number of rows by verdict, in one line."""
-        counts = [f"{self.count(v)} {v}" for v in (Verdict.PASS, Verdict.KNOWN, Verdict.FAIL, Verdict.REPORTED)]
+        counts = [
+            f"{self.count(v)} {v}"
+            for v in (CheckVerdict.PASS, CheckVerdict.KNOWN, CheckVerdict.FAIL, CheckVerdict.REPORTED)
+        ]
         return f"{sum(len(t.rows) for t in self.tables)} comparisons: {', '.join(counts)}"
 
     def markdown(self) -> str:

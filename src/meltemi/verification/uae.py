@@ -23,7 +23,7 @@ from meltemi.simulation.options import AdvancedOptions, ModelOptions
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import Airfoil, Turbine
 from meltemi.turbine.library import load_turbine
-from meltemi.verification.table import Comparison, Row, Study, difference, reference_table, relative, source_of
+from meltemi.verification.table import Check, CheckStudy, CheckTable, difference, reference_table, relative, source_of
 from meltemi.wind.fields import SteadyWind
 
 if TYPE_CHECKING:
@@ -39,15 +39,15 @@ MODELS: dict[RotationalAugmentation, str] = {
 ATTACHED = 7.0
 """[m/s] wind speed with attached flow."""
 BAND = 5.0
-"""[%] in attached flow."""
-AGAIN = {7.0: 801.3, 15.0: 1163.8}
+"""Band [%] in attached flow."""
+REPEATED_TORQUE = {7.0: 801.3, 15.0: 1163.8}
 """[N m] torque in sequence S, a repetition without the probes, by wind speed [m/s]; that of 15 m/s from a second
 transcription."""
-BLIND = ((0.25, 1.75), (0.30, 2.75))
+BLIND_COMPARISON = ((0.25, 1.75), (0.30, 2.75))
 """Least and largest power over the measured one in NREL's blind comparison: without stall, in stall (TP-500-29494)."""
 
 SPEED = 72.0 * np.pi / 30.0
-"""[rad/s]."""
+"""[rad/s] rotor speed."""
 PITCH = np.radians(3.0 + 1.815)
 """[rad] tip pitch of 3 deg, and the twist of the tip."""
 WAKE_RAKE = (-6.3, 8.3)
@@ -92,7 +92,7 @@ def s809(reynolds: str) -> Float:
 
 @cache
 def phase_vi() -> Turbine:
-    """The turbine, as far as a rigid rotor at constant speed has it; the rest is the NREL 5 MW."""
+    """The turbine of the experiment for a rigid rotor at constant speed; other data are those of the NREL 5 MW."""
     rows = reference_table("uae_blade")
     radius, chord, twist, axis = (
         np.array([float(r[name]) for r in rows]) for name in ("radius", "chord", "twist", "pitch_axis")
@@ -144,9 +144,9 @@ class SteadyLoads:
     """Steady loads of the rigid rotor.
 
     Attributes:
-      torque, thrust: [N m], [N].
+      torque, thrust: [N m], [N] loads of the rotor.
       position: (N,) radius over that of the rotor.
-      alpha: (N,) [rad].
+      alpha: (N,) [rad] angle of attack.
       normal, tangential: (N,) coefficients normal to the chord, and along it towards the leading edge.
       lever: (2, N) [N m] torque of the rotor by unit coefficients.
     """
@@ -160,7 +160,7 @@ class SteadyLoads:
     lever: Float
 
     def torque_with(self, normal: Float, tangential: Float) -> float:
-        """[N m] with other coefficients at the nodes in the same flow."""
+        """[N m] torque with other coefficients at the nodes in the same flow."""
         return float(np.sum(self.lever * np.stack([normal, tangential])))
 
 
@@ -208,9 +208,9 @@ def _ours() -> dict[RotationalAugmentation, dict[str, SteadyLoads]]:
     return {name: {r["record"]: at_record(model, r) for r in records} for name, model in models.items()}
 
 
-def attached() -> Comparison:
+def attached() -> CheckTable:
     """At 7 m/s, with the airfoil's polars."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     ours = _ours()["none"]
     for r in reference_table("uae_performance", wind="7"):
         for name, unit in (("torque", "N m"), ("thrust", "N")):
@@ -219,12 +219,12 @@ def attached() -> Comparison:
     for r in reference_table("uae_spanwise", wind="7"):
         rows += _section("", f"{100.0 * float(r['position']):g} % of the radius", r, ours["h0700000"], BAND)
     title = "UAE Phase VI, attached flow at 7 m/s"
-    return Comparison("uae attached", title, source_of("uae_performance"), rows)
+    return CheckTable("uae attached", title, source_of("uae_performance"), rows)
 
 
-def stalled() -> Comparison:
+def stalled() -> CheckTable:
     """Sequence H, without and with rotational augmentation: reported."""
-    rows: list[Row] = []
+    rows: list[Check] = []
     for model, label in MODELS.items():
         for r in reference_table("uae_performance", sequence="H"):
             case, ours = f"{r['wind']} m/s", _ours()[model][r["record"]]
@@ -241,7 +241,7 @@ def stalled() -> Comparison:
                 rows += _section(f", {label}", where, s, ours)
     title = "UAE Phase VI, into stall, without and with rotational augmentation"
     figures = {"uae_torque": _plot_torque(), "uae_sections": _plot_sections((7.0, 10.0, 15.0, 25.0))}
-    return Comparison("uae stalled", title, source_of("uae_performance"), rows, figures=figures)
+    return CheckTable("uae stalled", title, source_of("uae_performance"), rows, figures=figures)
 
 
 def _measured_along(ours: SteadyLoads, wind: str) -> tuple[Float, Float]:
@@ -255,7 +255,7 @@ def _measured_along(ours: SteadyLoads, wind: str) -> tuple[Float, Float]:
     return np.where(airfoil, n, ours.normal), np.where(airfoil, t, ours.tangential)
 
 
-def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: float | None = None) -> list[Row]:
+def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: float | None = None) -> list[Check]:
     """Coefficients of a section; that along the chord is only reported."""
     n, t = (float(np.interp(float(r["position"]), ours.position, x)) for x in (ours.normal, ours.tangential))
     return [
@@ -264,7 +264,7 @@ def _section(label: str, case: str, r: dict[str, str], ours: SteadyLoads, band: 
     ]
 
 
-MEASURED = (Study(5.0, attached), Study(1.0, stalled))
+MEASURED = (CheckStudy(5.0, attached), CheckStudy(1.0, stalled))
 
 
 def _plot_torque() -> Figure:
@@ -272,14 +272,14 @@ def _plot_torque() -> Figure:
     wind, torque, thrust = (np.array([float(r[name]) for r in records]) for name in ("wind", "torque", "thrust"))
     figure, axes = new_figure(1, 2, size=(9.0, 3.8))
     left, right = axes.flat
-    least, most = (np.where(wind > ATTACHED, BLIND[1][i], BLIND[0][i]) * torque for i in (0, 1))
+    least, most = (np.where(wind > ATTACHED, BLIND_COMPARISON[1][i], BLIND_COMPARISON[0][i]) * torque for i in (0, 1))
     left.fill_between(wind, 1e-3 * least, 1e-3 * most, color=SHADE, label="codes of the blind comparison")
     for ax, name in ((left, "torque"), (right, "thrust")):
         for j, (model, label) in enumerate(MODELS.items()):
             ours = [getattr(_ours()[model][r["record"]], name) for r in records]
             ax.plot(wind, 1e-3 * np.array(ours), "o-", ms=3, color=COLOURS[j], label=label)
         ax.set_xlabel("wind speed [m/s]")
-    again = np.array([AGAIN.get(float(u), q) for u, q in zip(wind, torque, strict=True)])
+    again = np.array([REPEATED_TORQUE.get(float(u), q) for u, q in zip(wind, torque, strict=True)])
     error = 1e-3 * np.stack([np.maximum(torque - again, 0.0), np.maximum(again - torque, 0.0)])
     left.errorbar(wind, 1e-3 * torque, error, fmt="s", ms=5, capsize=4, color=INK, label="measured", zorder=5)
     right.plot(wind, 1e-3 * thrust, "s", ms=5, color=INK, label="measured, from pressures", zorder=5)

@@ -7,44 +7,33 @@ from pathlib import Path
 
 from meltemi.core.errors import InputError
 from meltemi.core.extras import skipped
-from meltemi.verification import (
-    closed_form,
-    far_bending,
-    hawc2,
-    iea,
-    modes,
-    momentum,
-    published,
-    rotor,
-    steady,
-    uae,
-)
+from meltemi.verification import closed_form, far_bending, hawc2, iea, modes, momentum, published, rotor, steady, uae
 from meltemi.verification.known import KNOWN
-from meltemi.verification.table import Comparison, Known, Report, Study
+from meltemi.verification.table import CheckStudy, CheckTable, KnownDeviation, VerificationReport
 
 WINDIO = ("windIO",)
-QUICK: tuple[Study, ...] = (
-    Study(8.0, closed_form.structure),
-    Study(12.0, momentum.momentum),
-    Study(8.0, published.report_steady),
-    Study(1.0, published.report_modes),
-    Study(1.0, modes.linearised),
-    Study(1.0, rotor.performance),
-    Study(4.0, lambda: steady.steady("A")),
-    Study(2.0, lambda: steady.spanwise("A")),
-    Study(2.0, rotor.power_in_yaw),
+QUICK: tuple[CheckStudy, ...] = (
+    CheckStudy(8.0, closed_form.structure),
+    CheckStudy(12.0, momentum.momentum),
+    CheckStudy(8.0, published.report_steady),
+    CheckStudy(1.0, published.report_modes),
+    CheckStudy(1.0, modes.linearised),
+    CheckStudy(1.0, rotor.performance),
+    CheckStudy(4.0, lambda: steady.steady("A")),
+    CheckStudy(2.0, lambda: steady.spanwise("A")),
+    CheckStudy(2.0, rotor.power_in_yaw),
 )
-FULL: tuple[Study, ...] = (
+FULL: tuple[CheckStudy, ...] = (
     *QUICK,
-    Study(12.0, closed_form.energy_to_the_last_digit),
-    Study(20.0, far_bending.far_bending, "large deflections of the IEA blades", WINDIO),
-    Study(12.0, lambda: steady.steady("B")),
-    Study(2.0, lambda: steady.spanwise("B")),
-    Study(1.0, iea.frequencies, "frequencies of the IEA turbines", WINDIO),
-    Study(8.0, iea.steady_15mw, "IEA 15 MW, steady operation", WINDIO),
-    Study(5.0, iea.steady_22mw, "IEA 22 MW, steady operation", WINDIO),
-    Study(20.0, iea.modes_22mw, "IEA 22 MW, aeroelastic modes", WINDIO),
-    Study(10.0, hawc2.iea10mw),
+    CheckStudy(12.0, closed_form.energy_to_the_last_digit),
+    CheckStudy(20.0, far_bending.far_bending, "large deflections of the IEA blades", WINDIO),
+    CheckStudy(12.0, lambda: steady.steady("B")),
+    CheckStudy(2.0, lambda: steady.spanwise("B")),
+    CheckStudy(1.0, iea.frequencies, "frequencies of the IEA turbines", WINDIO),
+    CheckStudy(8.0, iea.steady_15mw, "IEA 15 MW, steady operation", WINDIO),
+    CheckStudy(5.0, iea.steady_22mw, "IEA 22 MW, steady operation", WINDIO),
+    CheckStudy(20.0, iea.modes_22mw, "IEA 22 MW, aeroelastic modes", WINDIO),
+    CheckStudy(10.0, hawc2.iea10mw),
 )
 
 
@@ -55,8 +44,8 @@ def verification(
     models: Path | None = None,
     progress: Callable[[float], None] = lambda share: None,
     say: Callable[[str], None] = lambda text: None,
-    done: Callable[[Comparison], object] = lambda comparison: None,
-) -> Report:
+    done: Callable[[CheckTable], object] = lambda comparison: None,
+) -> VerificationReport:
     """Run all comparisons; those that need a package that is not installed are skipped.
 
     Args:
@@ -81,19 +70,19 @@ def verification(
 
 
 def compared(
-    studies: Sequence[Study],
-    known: Sequence[Known],
+    studies: Sequence[CheckStudy],
+    known: Sequence[KnownDeviation],
     progress: Callable[[float], None],
     say: Callable[[str], None],
-    done: Callable[[Comparison], object],
-) -> list[Comparison]:
+    done: Callable[[CheckTable], object],
+) -> list[CheckTable]:
     """The comparisons of studies, with verdicts; those that need a package that is not installed are skipped."""
     absent = skipped({study.what: study.needs for study in studies if study.needs})
     for words in absent.values():
         say(words)
     studies = [study for study in studies if study.what not in absent]
     total, passed = sum(study.seconds for study in studies), 0.0
-    tables: list[Comparison] = []
+    tables: list[CheckTable] = []
     for study in studies:
         tables.append(study.compare().judged(known))
         done(tables[-1])
@@ -102,6 +91,6 @@ def compared(
     return tables
 
 
-def report_of(tables: Sequence[Comparison], measured: bool = False, models: Path | None = None) -> Report:
+def report_of(tables: Sequence[CheckTable], measured: bool = False, models: Path | None = None) -> VerificationReport:
     """The report of comparisons, all of them or those made before an interruption."""
-    return Report(tables, "measurements" if measured else "hawc2" if models is not None else "verification")
+    return VerificationReport(tables, "measurements" if measured else "hawc2" if models is not None else "verification")

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from meltemi.compiler import View
 from meltemi.control.controller import Controller
+from meltemi.scene.air import sampled
+from meltemi.scene.motion import WIND_RATE
+from meltemi.scene.record import Scene, track_arrays
 from meltemi.simulation.model import Model
 from meltemi.simulation.run import Run
-from meltemi.simulation.scene.air import sampled
-from meltemi.simulation.scene.motion import WIND_RATE
-from meltemi.simulation.scene.record import Scene, track_arrays
 from meltemi.simulation.simulate import Simulation
 from meltemi.turbine.power_turbine import AnyTurbine
 from meltemi.turbulence.field import generate_field

@@ -24,6 +24,7 @@ from meltemi.controllers.specification import (
 )
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
+from meltemi.scene.record import Scene, packed
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.events import (
     BaseEvent,
@@ -41,7 +42,6 @@ from meltemi.simulation.events import (
 from meltemi.simulation.model import Model
 from meltemi.simulation.plan import model_channels
 from meltemi.simulation.rotors import build
-from meltemi.simulation.scene.record import Scene, packed
 from meltemi.turbine.definition import Turbine
 from meltemi.view.live_run import SAMPLE, LiveRun, LiveWind, WindState
 from meltemi.view.view import PLOTS, Look, View, view_of
@@ -187,7 +187,7 @@ class Session:
         }
         for name, value in self.values.items():
             self._check(name, value)
-        self._made: dict[str, tuple[Model[Any], Controller | None]] = {}
+        self._models: dict[str, tuple[Model[Any], Controller | None]] = {}
         self.wind = LiveWind(turbine, self.air, seed)
         self.restart()
 
@@ -201,10 +201,10 @@ class Session:
     def restart(self) -> None:
         """Restart in steady operation at the wind and power limit of the sliders, without faults."""
         choice = self.choices[self.controller]
-        if self.controller not in self._made:
+        if self.controller not in self._models:
             self.tell(f"Preparing controller {self.controller} ...")
-            self._made[self.controller] = choice.make()
-        model, controller = self._made[self.controller]
+            self._models[self.controller] = choice.make()
+        model, controller = self._models[self.controller]
         self.wind.air = self.air
         self.wind.fill()
         self.plots, channels = plots(model)

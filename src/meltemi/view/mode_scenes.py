@@ -11,12 +11,12 @@ from meltemi.analyses.campbell import Campbell
 from meltemi.analyses.linear import PARTS
 from meltemi.analyses.modes import Mode
 from meltemi.core.errors import MeltemiError
+from meltemi.scene.motion import blade_arrays, deformed
+from meltemi.scene.record import Scene
+from meltemi.scene.shape import machine, sections
 from meltemi.simulation.bladed.rotor import with_blades
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model, Rows
-from meltemi.simulation.scene.motion import blade_arrays, deformed
-from meltemi.simulation.scene.record import Scene
-from meltemi.simulation.scene.shape import machine, sections
 from meltemi.simulation.trim import operating_point
 from meltemi.wind.fields import SteadyWind
 
@@ -62,13 +62,8 @@ def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:
         points.append(
             {"name": where, "modes": modes} | {name: float(np.nan_to_num(value)) for name, value in numbers.items()}
         )
-    about = {
-        "kind": "modes",
-        "turbine": machine(turbine),
-        "sections": [round(float(v), 3) for v in s],
-        "points": points,
-        "steps": {},
-    }
+    places = [round(float(v), 3) for v in s]
+    about = {"kind": "modes", "turbine": machine(turbine), "sections": places, "points": points, "steps": {}}
     arrays = {
         "tower_shape": tower.astype(np.float32),
         "steady": np.array(steady, dtype=np.float32),

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from meltemi.scene.record import Scene, track_arrays
 from meltemi.simulation.result import Result
-from meltemi.simulation.scene.record import Scene, track_arrays
 
 if TYPE_CHECKING:
     from meltemi.sea.airy import WaveComponents

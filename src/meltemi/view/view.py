@@ -21,8 +21,8 @@ from meltemi.core.extras import need
 from meltemi.core.files import write_text
 from meltemi.report.palette import BLADES
 from meltemi.reports.html import stored
+from meltemi.scene.record import Scene, packed, track_arrays
 from meltemi.simulation.result import Result
-from meltemi.simulation.scene.record import Scene, packed, track_arrays
 from meltemi.view.sea_surface import with_sea
 from meltemi.view.viewer import beside, script
 
@@ -74,7 +74,7 @@ class View:
 
     Attributes:
       spec: title, names, colours and initial appearance.
-      scenes: scenes as bytes of ``simulation.scene.record.packed``.
+      scenes: scenes as bytes of ``scene.record.packed``.
     """
 
     spec: Mapping[str, Any]

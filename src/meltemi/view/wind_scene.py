@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.scene.air import CrossSection, wind_section
-from meltemi.simulation.scene.record import Scene, track_arrays
+from meltemi.scene.air import CrossSection, wind_section
+from meltemi.scene.record import Scene, track_arrays
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import WindGrid
 from meltemi.wind.fields import SharedTurbulence, Wind, WindBox, WindSeries
@@ -41,24 +41,19 @@ def wind_scene(wind: Wind) -> Scene:
         begin, end = float(wind.passing[0]), float(wind.passing[-1])
     else:
         height, up, across = wind.reference_height or USUAL_HEIGHT, USUAL_SIZE, USUAL_SIZE
-        begin, end = (
-            (float(wind.time[0]), float(wind.time[-1])) if isinstance(wind, WindSeries) else (0.0, USUAL_DURATION)
-        )
+        begin, end = map(float, wind.time[[0, -1]]) if isinstance(wind, WindSeries) else (0.0, USUAL_DURATION)
     begin, end = max(begin, 0.0), min(max(end, begin + 1.0), max(begin, 0.0) + LONGEST)
     about, arrays = wind_section(wind, CrossSection(height, across, up, POINTS, 2.0 * across), begin, end, RATE)
     about["alone"] = True
     middle = POINTS // 2
-    found = Scene(
-        {"kind": "wind", "begin": begin, "duration": end - begin, "steps": {"wind": 1.0 / RATE}, "wind": about}, arrays
-    )
-    series = found.arrays["wind.amplitude"][:, middle, middle] * arrays["wind.scale"] + arrays["wind.mean"]
+    steps = {"wind": 1.0 / RATE}
+    scene = Scene({"kind": "wind", "begin": begin, "duration": end - begin, "steps": steps, "wind": about}, arrays)
+    series = scene.arrays["wind.amplitude"][:, middle, middle] * arrays["wind.scale"] + arrays["wind.mean"]
     if len(series) > 1:
-        titles = ("downwind", "to the left", "up")
-        plots = [
+        scene.about["plots"] = [
             {"title": f"Wind {name}, in the middle", "unit": "m/s", "lines": [{"name": name, "column": i}]}
-            for i, name in enumerate(titles)
+            for i, name in enumerate(("downwind", "to the left", "up"))
         ]
-        found.about["plots"] = plots
-        found.about["steps"]["plot"] = 1.0 / RATE
+        scene.about["steps"]["plot"] = 1.0 / RATE
         arrays |= track_arrays("plot", series.astype(float))
-    return found
+    return scene

@@ -142,11 +142,11 @@ class WindSeries(Record, Viewed):
 
 
 LARGEST = {"dt": 1e4, "dy": 1e4, "dz": 1e4, "bottom": 1e4, "speed": 100.0, "hub_height": 1e4}
-"""Of the numbers of a box, in their units."""
+"""Largest numbers of a box, in their units."""
 FASTEST = 300.0
-"""[m/s] air in a box or series; a tornado has half as much."""
+"""[m/s] largest wind speed in a box or series; a tornado has half of it."""
 MOST = 1e3
-"""[rad or -] direction and shears of a series."""
+"""[rad or -] largest direction and shears of a series."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -276,8 +276,8 @@ class WindBox(Brief, Viewed):
 def at_speed(box: WindBox, speed: float) -> WindBox:
     """The same turbulence with another mean wind speed.
 
-    Planes keep their distance and pass faster or slower; the mean profile grows with the speed, the fluctuations stay.
-    (``dataclasses.replace(box, speed=...)`` keeps the time between planes instead, and stretches the eddies.)
+    Planes keep their distance and pass faster or slower; the mean profile is scaled with the speed, the fluctuations
+    are the same. (``dataclasses.replace(box, speed=...)`` keeps the time between planes and stretches the eddies.)
 
     Args:
       box: wind box.
@@ -396,12 +396,8 @@ def wind_arrays(
 
 def _put_box(view: View, box: WindBox, speed: float, direction: float, origin: tuple[float, float]) -> None:
     """Parameters of a box that travels with ``speed`` [m/s]; its planes keep their distance."""
-    view["box_speed"], view["box_dt"], view["box_dy"], view["box_dz"] = (
-        speed,
-        box.dt * (box.speed / speed),
-        box.dy,
-        box.dz,
-    )
+    view["box_speed"], view["box_dt"] = speed, box.dt * (box.speed / speed)
+    view["box_dy"], view["box_dz"] = box.dy, box.dz
     along, across = in_axes(direction, *origin)
     view["box_y"], view["box_z"], view["box_x"] = -0.5 * box.width - across, box.bottom, box.lead - along
     view["box_direction"], view["periodic"] = direction, float(box.periodic)
@@ -470,9 +466,9 @@ def mean_before(wind: Wind, hub_height: float) -> float:
 
 
 USUAL_EXPONENT, USUAL_UPFLOW = (-0.3, 0.7), np.radians(20.0)
-"""Of the power law, measured in stable nights and over hills; [rad] of the flow over steep ones."""
+"""Range of the exponent of the power law, from stable nights to hills; [rad] inclination of flow over steep hills."""
 USUAL_TURBULENCE = 1.5
-"""Over the extreme turbulence of class IA+."""
+"""Largest usual turbulence over the extreme turbulence of class IA+."""
 
 
 def unusual(wind: Any, *, produces: bool = True, yaw: float = 0.0) -> list[str]:

@@ -58,8 +58,8 @@ class TurbulentWind(Record, Viewed):
     length_factor: float = Field(default=1.0, gt=0.0, le=10.0)
     """Length scales of spectrum and coherence over those of the edition [-; 0.2 to 5]."""
     coherent: Literal["u", "all"] = "u"
-    """Components that are coherent across the rotor: u only, as in the standard, or v and w like u. Mann's
-    turbulence has its own coherence."""
+    """Components that are coherent across the rotor: u only, as in the standard, or v and w like u. The coherence of
+    Mann's turbulence follows from its tensor."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
     """Exponent of the power law of the mean wind [-]."""
     roughness: float = Field(default=0.0, ge=0.0, lt=10.0)
@@ -104,9 +104,9 @@ class TurbulentWind(Record, Viewed):
 
 
 SYNTHESIS = "meltemi.turbulence.field"
-"""Module that makes fields of turbulent winds; it is imported for the first of them."""
+"""Module that generates fields of turbulent winds; it is imported for the first of them."""
 AnyWind = Wind | TurbulentWind
-"""What a run takes as wind."""
+"""Winds of a run."""
 
 
 def realised(wind: float | AnyWind, turbine: AnyTurbine, duration: float) -> Wind:

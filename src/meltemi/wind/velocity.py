@@ -20,7 +20,7 @@ from meltemi.compiler import (
     Array2,
     Box,
     Constant,
-    Record,
+    KernelRecord,
     Table,
     by_record,
     kernel,
@@ -68,7 +68,7 @@ class WindNow(Table, title="wind series"):
     gust: float = number("m/s", "gust: uniform increment of the speed")
 
 
-class WindField(Record):
+class WindField(KernelRecord):
     """Arrays of a wind for kernels: a series (its box is a dummy), a box (its series is one row of zeros), or both.
 
     ``series`` has shape (rows, columns) with the columns of :class:`WindNow`, of which ``times`` [s] (rows,) is the

@@ -26,14 +26,14 @@ from meltemi.wind_files.common import (
 
 ID = -99
 COMPONENTS = {1: 1, 2: 1, 3: 3, 5: 3, 4: None, 7: None, 8: None}
-"""Number of components by type of turbulence; None: the header says it."""
+"""Number of components by type of turbulence; None: it is in the header."""
 IMPROVED = struct.Struct("<l6f")  # type 4: components; latitude, roughness, height, intensities of u, v, w [%]
 GENERAL = struct.Struct("<2l")  # types 7 and 8: size of the header, components
 GRID = struct.Struct("<3flf3f4l")  # dz, dy, dx; half the planes; speed; 3 lengths; unused, seed, rows, columns
 LENGTHS = struct.Struct("<6f")  # of v and w, if there are three components
-MADE_HERE = "summary in the layout of TurbSim, written by meltemi"
+SIGNATURE = "summary in the layout of TurbSim, written by meltemi"
 TAIL = {7: 8, 8: 64}
-"""[bytes] that follow for these types: coherence, or what Mann's generator was given."""
+"""[bytes] at the end of the header of these types: coherence, or the input of Mann's generator."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +148,7 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
     if path.suffix.lower() == ".sum":
         raise InputError(f"{path}: expected the name of the field, {path.with_suffix('.wnd').name}")
     note = path.with_suffix(".sum")
-    if note.is_file() and MADE_HERE not in text_of(note):
+    if note.is_file() and SIGNATURE not in text_of(note):
         raise InputError(
             f"{path}: {note.name} in the same folder is of another program and would be lost: "
             "choose another name for the field"
@@ -157,16 +157,14 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
     speed = float(np.float32(box.speed))
     percent = [float(np.float32(100.0 * s / speed)) for s in _deviations(box.velocity, speed)]
     scale, offset = _scales(percent, speed, left_handed=True)
-    hub, height = (
-        middle(box),
-        (nz - 1) * decimal(box.dz),
-    )  # rounded as in the file, so that the lowest row keeps its height
+    # rounded as in the file, so that the lowest row keeps its height
+    hub, height = middle(box), (nz - 1) * decimal(box.dz)
     header = struct.pack("<2h", ID, 4)
     header += IMPROVED.pack(3, 0.0, 0.0, box.bottom + 0.5 * height, *percent)
     header += GRID.pack(box.dz, box.dy, box.dt * box.speed, nt // 2, speed, 0.0, 0.0, 0.0, 0, 0, nz, ny)
     header += LENGTHS.pack(*[0.0] * 6)
     summary = _SUMMARY.format(
-        made_here=MADE_HERE,
+        signature=SIGNATURE,
         hub=hub,
         height=height,
         width=box.width,
@@ -189,7 +187,7 @@ def write_bladed(box: WindBox, path: str | Path) -> list[Path]:
 # InflowWind looks for these words in this order, and for "periodic" anywhere after the height offset; old versions
 # want "TurbSim" in the second line.
 _SUMMARY = """
-TurbSim - {made_here}
+TurbSim - {signature}
 
          F  Clockwise rotation when looking downwind?
   {hub:.9g}  Hub height [m]

@@ -23,7 +23,7 @@ from meltemi.wind_files.common import (
 
 HEADER = struct.Struct("<h4l6f6fl")
 COUNTS = 65535.0
-"""Of a 16-bit integer, from -32768 to 32767."""
+"""Range of a 16-bit integer, from -32768 to 32767."""
 
 
 def read_bts(path: str | Path) -> WindBox:

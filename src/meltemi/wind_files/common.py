@@ -16,7 +16,7 @@ from meltemi.core.files import text_of as text_of
 from meltemi.wind.fields import WindBox
 
 CHUNK = 1 << 18
-"""Numbers that are converted at once, so that a field is not in memory three times."""
+"""Number of values that are converted at a time, so that a field is not in memory three times."""
 
 
 def spans(planes: int, per_plane: int) -> Iterator[slice]:

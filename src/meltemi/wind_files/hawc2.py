@@ -54,13 +54,13 @@ class Hawc2Grid(Record):
     mean_u: Vector | None = None
     """[m/s] mean of each row from the lowest up, added instead of the profile."""
     mean_v: Vector | None = None
-    """[m/s] likewise."""
+    """[m/s] mean lateral velocity of each row."""
     mean_w: Vector | None = None
-    """[m/s] likewise."""
+    """[m/s] mean vertical velocity of each row."""
     periodic: bool = True
     """The field repeats after its last plane."""
     direction: float = 0.0
-    """[rad] from which the box is turned."""
+    """[rad] wind direction of the box, clockwise from above."""
     box_front: Front = "last"
     """End of the box that reaches the turbine first: its last plane, as in HAWC2, or its first, as in InflowWind."""
 
@@ -101,12 +101,12 @@ def read_hawc2(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox:
     """Read a HAWC2 turbulence box.
 
     Each file holds one component: planes, in each the columns, in each column the rows from bottom to top. u is
-    positive downwind, v to the left, w up. The mean wind is not in the files and is added as ``grid`` says.
+    positive downwind, v to the left, w up. The mean wind is not in the files and is added from ``grid``.
 
     HAWC2 (``box_front="last"``) has plane 0 at the tower at time 0, then the last plane, the last but one and so on;
     column 0 is on the right looking downwind. InflowWind (``"first"``) turns the box about the vertical, but not the
-    velocities: planes 0, 1, 2 and so on pass, with column 0 on the left. A warning tells when the
-    divergence of the flow would have less than two thirds of its variance in the other order.
+    velocities: planes 0, 1, 2 and so on pass, with column 0 on the left. A warning is issued if the divergence of the
+    flow would have less than two thirds of its variance in the other order.
 
     Source: output of HAWC2 13.0.4 (h2lib-tests 13.2.2103); OpenFAST, InflowWind_IO.f90, IfW_HAWC_Init.
 

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from meltemi.aero.air import Air
 from meltemi.aero.lag import lag, lagged
-from meltemi.aero.polars import Coefficients, coefficient, locate, static_coefficients
+from meltemi.aero.polars import SectionCoefficients, coefficient, locate, static_coefficients
 from meltemi.aero.stall.section import SectionFlow, count_switches, section_flow
 from meltemi.aero.tables import StallState
 from meltemi.compiler import anywhere, kernel, where
@@ -49,7 +49,7 @@ class StallInput(NamedTuple):
 
 
 @kernel
-def advance(dt: float, flap: float, m: Air, b: int, n: int) -> Coefficients:
+def advance(dt: float, flap: float, m: Air, b: int, n: int) -> SectionCoefficients:
     """Advance the state of a node by ``dt`` and return its coefficients."""
     memory, x = m.memory, section_flow(flap, m, b, n)
     count_switches(m, b, n)
@@ -180,7 +180,7 @@ def stall_derivative(y: Stall, x: SectionFlow, m: Air) -> Stall:
 
 
 @kernel
-def stall_coefficients(y: Stall, x: SectionFlow, m: Air) -> Coefficients:
+def stall_coefficients(y: Stall, x: SectionFlow, m: Air) -> SectionCoefficients:
     """Coefficients from state and flow (A-39 to A-40), without the increments of the flaps."""
     g, polars, rotation = x.polar, m.polars, x.rotation
     alpha_E = effective_angle(y, x, m)
@@ -194,16 +194,16 @@ def stall_coefficients(y: Stall, x: SectionFlow, m: Air) -> Coefficients:
     drag = static_drag + tilted + (static_drag - m.section.drag_floor[g]) * separation
     # thin aerofoil theory: -pi/4 T omega from the curved flow, as much again from the air that pitching accelerates
     moment = coefficient(polars.moment, g, at) - 0.25 * pi * (rotation.turning + rotation.pitching)
-    forward = Coefficients(circulatory + pi * rotation.pitching, drag, moment)
+    forward = SectionCoefficients(circulatory + pi * rotation.pitching, drag, moment)
     if anywhere(x.reversed > 0.0):
         return forward + x.reversed * (reversed_coefficients(alpha_E, x, m) - forward)
     return forward
 
 
 @kernel
-def reversed_coefficients(alpha_E: float, x: SectionFlow, m: Air) -> Coefficients:
+def reversed_coefficients(alpha_E: float, x: SectionFlow, m: Air) -> SectionCoefficients:
     """Coefficients in reversed flow, the mirror image of thin aerofoil theory (A-42c, A-42d)."""
     c, rotation = static_coefficients(where(alpha_E > 0.0, alpha_E - pi, alpha_E + pi), x.polar, m), x.rotation
     tilt = x.alpha - alpha_E + rotation.turning + rotation.tilt
     moment = c.moment - 0.25 * pi * (rotation.turning - rotation.pitching)
-    return Coefficients(c.lift + pi * rotation.pitching, c.drag + tilt * c.lift, moment)
+    return SectionCoefficients(c.lift + pi * rotation.pitching, c.drag + tilt * c.lift, moment)

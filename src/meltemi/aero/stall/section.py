@@ -44,13 +44,13 @@ class SectionFlow(NamedTuple):
     """Input of a stall model at a node.
 
     Attributes:
-      polar: its number.
+      polar: number of the polar.
       alpha: [rad] angle of attack at 3/4 chord; in reversed flow that from behind at the aerodynamic centre.
       reversed: 1 in reversed flow, else 0.
       rate: [1/s] relative speed over half the chord.
-      rotation: of the section.
+      rotation: reduced rotation of the section.
       flap: [rad] equivalent angle of its flaps (A-48).
-      weight: of the model against the static polar (A-41).
+      weight: weight of the stall model against the static polar (A-41).
     """
 
     polar: int

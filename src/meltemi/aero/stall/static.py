@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from meltemi.aero.air import Air
-from meltemi.aero.polars import Coefficients, static_coefficients
+from meltemi.aero.polars import SectionCoefficients, static_coefficients
 from meltemi.compiler import kernel, whole
 
 STATES = ()
 
 
 @kernel
-def advance(dt: float, flap: float, m: Air, b: int, n: int) -> Coefficients:
+def advance(dt: float, flap: float, m: Air, b: int, n: int) -> SectionCoefficients:
     """Coefficients of the polar."""
     return static_coefficients(m.flow.alpha[b, n], whole(m.aero_nodes.polar[b, n]), m)
 

@@ -28,12 +28,5 @@ def export_controller(
     say(f"note: without records in the interface, constant in the library: {', '.join(exported.unmeasured)}")
     wrote(exported.library, exported.parameters)
     library = out if len(out.parts) > 1 else Path() / out
-    options = (
-        "--wind-speed",
-        12,
-        "--controller",
-        library.absolute(),
-        "--controller-input",
-        exported.parameters.absolute(),
-    )
-    suggest("run", turbine, *options, "--out", "out")
+    files = ("--controller", library.absolute(), "--controller-input", exported.parameters.absolute())
+    suggest("run", turbine, "--wind-speed", 12, *files, "--out", "out")

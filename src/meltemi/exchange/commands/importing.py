@@ -28,8 +28,7 @@ def import_(
     discon: Annotated[Path | None, "Settings of ROSCO (DISCON.IN) in place of the deck's."] = None,
     control_of: Annotated[str | None, "Turbine whose control is taken, for other controllers.", TURBINES] = None,
     start: Annotated[
-        Literal["operating", "deck"],
-        "Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2).",
+        Literal["operating", "deck"], "Initial state: operating (steady operation), or deck (as in OpenFAST or HAWC2)."
     ] = "operating",
     extra: Annotated[Path | None, "YAML file with overriding values: drivetrain: {stiffness: 8.7e8}."] = None,
     out: OutOption = Path("out"),

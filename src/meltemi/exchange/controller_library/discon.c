@@ -79,7 +79,7 @@ static void beside(char *path, size_t size) {
 /* State at the operating point in which the run begins: rules that the export found. */
 static void begin(const double *start) {
     for (int i = 0; i < N_RULES; i++) {
-        const Rule *r = &RULES[i];
+        const StartRule *r = &RULES[i];
         double x = start[r->input];
         if (r->kind == 0) state[r->entry] = r->a + x * (r->b + x * r->c);
         else if (r->kind == 1) state[r->entry] = x < r->a ? r->b : r->c;

@@ -203,7 +203,7 @@ def _constants(
         f"{{{r.entry}, {r.quantity}, {r.kind}, {r.a!r}, {r.b!r}, {r.c!r}, {f'TABLE_{r.entry}' if r.table else '0'}}}"
         for r in rules
     ]
-    lines += [f"static const Rule RULES[] = {{{', '.join(listed) or '{0}'}}};"]
+    lines += [f"static const StartRule RULES[] = {{{', '.join(listed) or '{0}'}}};"]
     pairs = ", ".join(f"{{{number}, {row}}}" for number, row in read)
     lines += [f"static const struct {{ int record, row; }} READ[] = {{{pairs}}};"]
     return "\n".join(lines) + "\n"

@@ -51,7 +51,7 @@ def fmu_controller(path: str | Path, turbine: AnyTurbine) -> Controller:
     if not outputs:
         raise InputError(f"{path}: none of its outputs is a demand, such as generator_torque, pitch or pitch_1")
     step = description.defaultExperiment.stepSize if description.defaultExperiment else None
-    law, name = BaselineController(turbine), path.stem
+    law, name, sample_time = BaselineController(turbine), path.stem, None if step is None else float(step)
 
     def fresh() -> Controller:
         unit = _Unit(path, description, inputs, outputs)
@@ -60,13 +60,9 @@ def fmu_controller(path: str | Path, turbine: AnyTurbine) -> Controller:
             law.update(state, measurements, demands, dt)
             unit.step(measurements, demands, dt)
 
-        return Controller(update, init=law.init, sample_time=_float(step), name=name, close=unit.close)
+        return Controller(update, init=law.init, sample_time=sample_time, name=name, close=unit.close)
 
-    return Controller(law.update, init=law.init, sample_time=_float(step), name=name, fresh=fresh)
-
-
-def _float(value: Any) -> float | None:
-    return None if value is None else float(value)
+    return Controller(law.update, init=law.init, sample_time=sample_time, name=name, fresh=fresh)
 
 
 def _measured(path: Path, variable: Any) -> tuple[int, bool, int]:

@@ -89,11 +89,8 @@ def variables_of(simulation: Simulation, kind: str) -> list[FmuVariable]:
     if kind == "fixed":
         pitch, flaps = [f"pitch_{b + 1}" for b in range(blades)], model.turbine.flaps
         names = ["generator_torque", *pitch, "brake", *(["yaw_rate"] if model.options.yaw == "driven" else [])]
-        names += [
-            name
-            for name in Demands.names
-            if flaps and name.startswith("flap") and _is_flap_of(name, len(flaps), blades)
-        ]
+        if flaps:
+            names += [name for name in Demands.names if _is_flap_of(name, len(flaps), blades)]
         add("input", "demands", Demands, {name: f"demand.{name}" for name in names})
     offsets = {f"pitch_offset_{b + 1}": f"pitch_offset_{b + 1}" for b in range(blades)}
     add("input", "actuators", Actuators, offsets)
@@ -104,7 +101,9 @@ def variables_of(simulation: Simulation, kind: str) -> list[FmuVariable]:
 
 
 def _is_flap_of(name: str, flaps: int, blades: int) -> bool:
-    """Whether the turbine has the flap of a name."""
+    """Whether a demand is that of a flap of the turbine."""
+    if not name.startswith("flap"):
+        return False
     j, b = (int(number) for number in re.findall(r"\d+", name)) if name.count("_") > 1 else (1, int(name[-1]))
     return j <= flaps and b <= blades
 
@@ -142,12 +141,8 @@ def model_description(
     attributes = {key: about[key] for key in keys} | {token: about["token"], "fmiVersion": version}
     root = Element("fmiModelDescription", attributes, variableNamingConvention="structured")
     state = "FMUstate" if two else "FMUState"
-    can = [
-        "needsExecutionTool",
-        "canHandleVariableCommunicationStepSize",
-        f"canGetAndSet{state}",
-        f"canSerialize{state}",
-    ]
+    can = ["needsExecutionTool", "canHandleVariableCommunicationStepSize"]
+    can += [f"canGetAndSet{state}", f"canSerialize{state}"]
     can += ["canNotUseMemoryManagementFunctions"] if two else []
     SubElement(root, "CoSimulation", dict.fromkeys(can, "true"), modelIdentifier=about["modelIdentifier"])
     units = SubElement(root, "UnitDefinitions")
@@ -162,12 +157,8 @@ def model_description(
     listed = SubElement(root, "ModelVariables")
     for i, v in enumerate(variables):
         _variable(listed, two, i, v, starts[i])
-    text = {
-        "name": "wind_file",
-        "valueReference": str(len(variables)),
-        "causality": "parameter",
-        "variability": "fixed",
-    }
+    text = {"name": "wind_file", "valueReference": str(len(variables))}
+    text |= {"causality": "parameter", "variability": "fixed"}
     text |= {"description": "wind file in the place of the wind inputs; empty: none", "initial": "exact"}
     if two:
         SubElement(SubElement(listed, "ScalarVariable", text), "String", start="")

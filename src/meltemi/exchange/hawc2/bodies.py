@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +94,8 @@ class Body:
     @property
     def arc(self) -> Float:
         """(N,) [m] length along the axis to the nodes."""
-        return _arc(self.nodes)
+        steps = np.linalg.norm(np.diff(self.nodes[:, :3], axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
 
     @cached_property
     def sections(self) -> Sections:
@@ -117,26 +119,6 @@ class Body:
         return Sections(span, float(given[-1]), rows, *section_matrices(rows))
 
     @property
-    def span(self) -> Float:
-        """(S,) [m] stations of the sections."""
-        return self.sections.span
-
-    @property
-    def given(self) -> float:
-        """[m] position of the last section in the file."""
-        return self.sections.given
-
-    @property
-    def stiffness(self) -> Float:
-        """(S, 6, 6) at the stations, axes of the section."""
-        return self.sections.stiffness
-
-    @property
-    def mass(self) -> Float:
-        """(S, 6, 6) at the stations, axes of the section."""
-        return self.sections.mass
-
-    @property
     def damping(self) -> Float:
         """(6,) damping factors; the last three are damping over stiffness [s]."""
         damped = self.block.get(*DAMPING)
@@ -149,10 +131,10 @@ class Body:
 
     def lumps(self) -> list[Lump]:
         """Distributed mass in pieces, and concentrated masses."""
-        arc = self.arc
+        arc, sections = self.arc, self.sections
         lumps: list[Lump] = []
-        for k, (a, b) in enumerate(zip(self.span[:-1], self.span[1:], strict=True)):
-            s, ds, M = 0.5 * (a + b), b - a, 0.5 * (self.mass[k] + self.mass[k + 1])
+        for k, (a, b) in enumerate(pairwise(sections.span)):
+            s, ds, M = 0.5 * (a + b), b - a, 0.5 * (sections.mass[k] + sections.mass[k + 1])
             point = np.array([np.interp(s, arc, self.nodes[:, k]) for k in range(3)])
             J = self.axes @ (M[3:, 3:] * ds) @ self.axes.T
             lumps.append(Lump(M[0, 0] * ds, self.place(point), J, s))
@@ -183,12 +165,6 @@ class Body:
             expected = f"a node of {self.name}, 1 to {len(self.nodes)} or last"
             raise InputError(f"{command.where}: {command.name}: expected {expected}, found {word}{template_hint(word)}")
         return int(counted) - 1
-
-
-def _arc(nodes: Float) -> Float:
-    steps = np.linalg.norm(np.diff(nodes[:, :3], axis=0), axis=1)
-    arc: Float = np.concatenate([[0.0], np.cumsum(steps)])
-    return arc
 
 
 def read_bodies(structure: Block, main: Path, blade: str, ground: Float = INERTIAL) -> list[Body]:

@@ -15,7 +15,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.exchange.hawc2.htc import Block, Treatment, file_of, lines_of
 from meltemi.exchange.openfast.text import number
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 from meltemi.exchange.windio.control import POWER_PITCH, REGION_3, SLIP, TORQUE_BEGINS
 from meltemi.turbine.definition import Turbine
 
@@ -42,12 +42,7 @@ def _constants(block: Block) -> dict[int, float]:
 
 
 def read_control(
-    dll: Block,
-    main: Path,
-    notes: list[ImportNote],
-    treatment: Treatment,
-    control_of: Turbine | None,
-    extra: Mapping[str, Any],
+    dll: Block, main: Path, notes: Notes, treatment: Treatment, control_of: Turbine | None, extra: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Read control, pitch actuator, rated power and parts of the drivetrain, as far as given.
 
@@ -82,9 +77,7 @@ def read_control(
             "minimum": p[6] * DEGREE,
             "maximum": p[7] * DEGREE,
         }
-        notes.append(
-            ImportNote("used", "servo_with_limits", "frequency, damping, rate, angles", "pitch_actuator, without 5")
-        )
+        notes.add("used", "servo_with_limits", "frequency, damping, rate, angles", "pitch_actuator, without 5")
     missing = [i for i in (1, 2, 3, 4, 5, 6, 7, 8, 11, 16, 17, 21) if i not in c]
     if missing:
         return data
@@ -98,7 +91,7 @@ def read_control(
     most = power / speed**3
     if gain > most:
         why = f"lowered from {gain:.4g} to {most:.4g} N m s^2/rad^2: rated power at rated speed"
-        notes.append(ImportNote("approximated", "dtu_we_controller", "constant 11", why))
+        notes.add("approximated", "dtu_we_controller", "constant 11", why)
     data["rated_power"] = 1e3 * c[1]
     data["control"] = {
         "filter_frequency": 2.0 * math.pi * c[8],
@@ -126,11 +119,11 @@ def read_control(
         "source": "dtu_we_controller",
     }
     why = f"gains halved at {half:.3g} deg, linear in between"
-    notes.append(ImportNote("approximated", "dtu_we_controller", "constants 21, 22", why))
+    notes.add("approximated", "dtu_we_controller", "constants 21, 22", why)
     return data
 
 
-def _smallest_pitch(angle: float, dll: Block, main: Path, notes: list[ImportNote]) -> float:
+def _smallest_pitch(angle: float, dll: Block, main: Path, notes: Notes) -> float:
     """[deg] constant 5, or the minimum of the table over wind speed that it refers to."""
     if abs(angle) <= 90.0:
         return angle
@@ -146,5 +139,5 @@ def _smallest_pitch(angle: float, dll: Block, main: Path, notes: list[ImportNote
         raise InputError(f"{path}: expected rows of wind speed and smallest pitch")
     least = float(np.min(pitch))
     why = f"the baseline law has one smallest pitch: the least of the table, {least:g} deg"
-    notes.append(ImportNote("approximated", "dtu_we_controller", f"constant 5: {name}", why))
+    notes.add("approximated", "dtu_we_controller", f"constant 5: {name}", why)
     return least

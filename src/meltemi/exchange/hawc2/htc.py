@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, closest, did_you_mean
 from meltemi.core.files import text_of
 from meltemi.exchange.openfast.text import any_case, number
-from meltemi.exchange.report import ImportNote, Kind
+from meltemi.exchange.report import Kind, Notes
 
 Float = NDArray[np.float64]
 LEVELS = 4
@@ -303,9 +303,9 @@ def _nearest(name: str, path: str) -> str:
     return f"; it knows {near[0]}" if near else ""
 
 
-def notes_on(root: Block, treatment: Treatment) -> list[ImportNote]:
+def notes_on(root: Block, treatment: Treatment) -> Notes:
     """A note on every command of a file; commands of one name with the same treatment share a note."""
-    notes = []
+    notes = Notes()
     for (block, name, kind, remark), group in groupby(treatments(root, treatment), _grouped):
         commands = [command for _, command, _, _ in group]
         first = commands[0]
@@ -315,7 +315,7 @@ def notes_on(root: Block, treatment: Treatment) -> list[ImportNote]:
             what = f"constants {', '.join(c.values[0] for c in commands)}"
         else:
             what = f"{name} ({len(commands)} lines)"
-        notes.append(ImportNote(kind, first.where.rpartition("/")[2], f"{block}: {what}", remark))
+        notes.add(kind, first.where.rpartition("/")[2], f"{block}: {what}", remark)
     return notes
 
 

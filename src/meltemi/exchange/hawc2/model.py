@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy.interpolate import Akima1DInterpolator
 
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.core.record import Record, set_keys
 from meltemi.core.yamlfile import validated
 from meltemi.exchange.hawc2.bodies import INERTIAL, Body, Lump, read_bodies, rotation
 from meltemi.exchange.hawc2.control import read_control
@@ -25,9 +24,9 @@ from meltemi.exchange.hawc2.roles import assign_roles, is_about, other_blades
 from meltemi.exchange.hawc2.sections import at_elastic_centre, read_planform, read_polars, turned_centres
 from meltemi.exchange.hawc2.start import read_start
 from meltemi.exchange.hawc2.wind import read_wind
-from meltemi.exchange.openfast.deck import LEAST_YAW_FREQUENCY
+from meltemi.exchange.openfast.deck import LEAST_YAW_FREQUENCY, supplement
 from meltemi.exchange.openfast.tower import STEEL_SPEED
-from meltemi.exchange.report import ImportedModel, ImportNote
+from meltemi.exchange.report import ImportedModel, Notes
 from meltemi.exchange.windio.polars import NO_STALL, by_thickness
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.plausibility import bending_frequency
@@ -101,7 +100,7 @@ def import_hawc2(
     path = Path(path)
     root = read_htc(path)
     treatment = Treatment()
-    notes: list[ImportNote] = []
+    notes = Notes()
     structure, aero = root.block("new_htc_structure"), root.block("aero")
     count = int(aero.value("nblades", 3.0))
     link = next((c for c in aero.all("link") if c.values[:1] == ("1",) and len(c.values) > 2), None)
@@ -115,9 +114,7 @@ def import_hawc2(
         ground = rotation(np.array([0.0, 0.0, 1.0]), -yaw) @ INERTIAL
         parts = _parts(read_bodies(structure, path, link.word(2), ground), root, aero)
         what = f"{math.degrees(yaw):.4g} deg about the vertical"
-        notes.append(
-            ImportNote("approximated", parts.shaft.joint.where, what, "the model is turned back, with its wind")
-        )
+        notes.add("approximated", parts.shaft.joint.where, what, "the model is turned back, with its wind")
     alike = other_blades(structure, aero, path, parts.blade, parts.down, count, notes)
     chain = {
         "foundation": parts.foundation,
@@ -135,14 +132,8 @@ def import_hawc2(
     inertia = max(data["nacelle"]["yaw_inertia"], 1.0)
     stiffness = LEAST_YAW_FREQUENCY**2 * inertia
     data["yaw"] = {"stiffness": stiffness, "damping": 0.02 * stiffness / LEAST_YAW_FREQUENCY}
-    notes.append(ImportNote("approximated", "yaw bearing", "clamped", "yaw frequency 2 Hz, damping ratio 1 %"))
-    if control_of is not None:
-        for name in ("control", "pitch_actuator", "rated_power"):
-            value = getattr(control_of, name)
-            data[name] = value.content() if isinstance(value, Record) else value
-    for target, value in (extra or {}).items():
-        set_keys(data, target, value)
-        notes.append(ImportNote("used", "extra", target, "given in addition to the model"))
+    notes.add("approximated", "yaw bearing", "clamped", "yaw frequency 2 Hz, damping ratio 1 %")
+    supplement(data, control_of, extra or {}, notes)
     try:
         turbine = validated(data, Turbine, str(path))
     except InputError as error:
@@ -183,8 +174,8 @@ def _parts(chain: list[Body], root: Block, aero: Block) -> ModelBodies:
     along = shaft.nodes[0, :3] - shaft.nodes[-1, :3]
     down = shaft.axes @ (along / np.linalg.norm(along))
     for body in (chain[base], chain[-1]):
-        if not 0.98 * body.arc[-1] < body.given:
-            end = f"the sections of {body.name} end at {body.given:g} m, its axis at {body.arc[-1]:g} m"
+        if not 0.98 * body.arc[-1] < body.sections.given:
+            end = f"the sections of {body.name} end at {body.sections.given:g} m, its axis at {body.arc[-1]:g} m"
             raise InputError(f"{body.block.where}: {end}")
     return ModelBodies(
         foundation=chain[:base],
@@ -198,11 +189,9 @@ def _parts(chain: list[Body], root: Block, aero: Block) -> ModelBodies:
     )
 
 
-def _blade(
-    body: Body, aero: Block, path: Path, notes: list[ImportNote]
-) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
+def _blade(body: Body, aero: Block, path: Path, notes: Notes) -> tuple[dict[str, Any], dict[str, dict[str, Any]]]:
     """Content of ``Turbine.blade`` and ``Turbine.airfoils``."""
-    arc = body.arc
+    arc, sections = body.arc, body.sections
     line = Akima1DInterpolator(arc, body.nodes - np.append(body.nodes[0, :3], 0.0))
 
     def half_chord(s: Float) -> tuple[Float, Float, Float, Float]:
@@ -211,8 +200,8 @@ def _blade(
         return y, -x, z, -np.radians(twist)
 
     # the beam runs through the elastic centres
-    stiffness, mass, centre = at_elastic_centre(body.stiffness, body.mass)
-    x, y, z, twist = half_chord(body.span)
+    stiffness, mass, centre = at_elastic_centre(sections.stiffness, sections.mass)
+    x, y, z, twist = half_chord(sections.span)
     c, s = np.cos(twist), np.sin(twist)
     flap, edge = centre[:, 1], -centre[:, 0]
     structure = {
@@ -252,15 +241,15 @@ def _blade(
     ]
     names, airfoils = by_thickness(0.01 * np.interp(grid, s, shape[:, 2]), masters, pc.values[-1])
     if np.any(shape[:, 3] != group):
-        notes.append(ImportNote("approximated", ae.where, "sets of polars", f"set {group}, of the tip, everywhere"))
-    notes.append(ImportNote("approximated", pc.where, "dynamic stall", NO_STALL))
-    rows = body.sections.rows
-    away = float(np.max(np.linalg.norm(turned_centres(rows)[:, 2:4] - rows[:, 2:4], axis=1)))
+        notes.add("approximated", ae.where, "sets of polars", f"set {group}, of the tip, everywhere")
+    notes.add("approximated", pc.where, "dynamic stall", NO_STALL)
+    apart = turned_centres(sections.rows)[:, 2:4] - sections.rows[:, 2:4]
+    away = float(np.max(np.linalg.norm(apart, axis=1)))
     if away > BESIDE:
         why = f"from the half chord along the chord, as in the manual; HAWC2's own is up to {away:.2g} m away (S-72)"
-        notes.append(ImportNote("approximated", body.block.where, "centres of mass, FPM 1", why))
+        notes.add("approximated", body.block.where, "centres of mass, FPM 1", why)
     if np.any(body.damping[:3]):
-        notes.append(ImportNote("ignored", body.block.where, "damping", "the part in proportion to the mass"))
+        notes.add("ignored", body.block.where, "damping", "the part in proportion to the mass")
     outer = {
         "position": z,
         "chord": chord,
@@ -275,18 +264,15 @@ def _blade(
     return {"aerodynamics": outer, "structure": structure, "source": body.name}, airfoils
 
 
-def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote]) -> dict[str, Any]:
+def _tower(body: Body, root: Block, treatment: Treatment, notes: Notes) -> dict[str, Any]:
     height = -body.nodes[:, 2] + body.nodes[0, 2]
     if np.any(np.ptp(body.nodes[:, :2], axis=0) > 1e-6) or np.any(np.diff(height) <= 0.0) or body.axes[2, 2] > -0.999:
         raise UnsupportedError(f"{body.block.where}: the tower {body.name} is not upright and straight")
-    span = body.span
+    span, K, M = body.sections.span, body.sections.stiffness, body.sections.mass
     lumps = {id(command): body.concentrated(command) for command in body.block.all("concentrated_mass")}
     below = [c for c in body.block.all("concentrated_mass") if not lumps[id(c)].last]
     treatment.set_note(below, "ignored", "a mass of the tower below its top is not modelled")
-    mass, side, fore, torsion, axial = (
-        A[:, i, i]
-        for A, i in ((body.mass, 0), (body.stiffness, 4), (body.stiffness, 3), (body.stiffness, 5), (body.stiffness, 2))
-    )
+    mass, side, fore, torsion, axial = (A[:, i, i] for A, i in ((M, 0), (K, 4), (K, 3), (K, 5), (K, 2)))
     data: dict[str, Any] = {
         "position": span,
         "mass": mass,
@@ -294,23 +280,21 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote
         "side_side_stiffness": side,
         "torsion_stiffness": torsion,
         "axial_stiffness": axial,
-        "shear_stiffness": 0.5 * (body.stiffness[:, 0, 0] + body.stiffness[:, 1, 1]),
+        "shear_stiffness": 0.5 * (K[:, 0, 0] + K[:, 1, 1]),
         "base_height": float(body.origin[2] - body.nodes[0, 2]),
         "top_mass": sum(lump.mass for lump in lumps.values() if lump.last),
         "source": body.name,
     }
     # x to the left, y downwind; the ratio of the first mode of the tower alone
     factors = {"side_side": (body.damping[3], side), "fore_aft": (body.damping[4], fore)}
-    data["damping"] = {
-        name: 0.5 * time * bending_frequency(span, mass, stiffness) for name, (time, stiffness) in factors.items()
-    }
+    data["damping"] = {name: 0.5 * time * bending_frequency(span, mass, EI) for name, (time, EI) in factors.items()}
     data["damping"]["torsion"] = data["damping"]["fore_aft"]
     what = ", ".join(f"{name} {100 * ratio:.3g} %" for name, ratio in data["damping"].items())
     if max(data["damping"].values()) > OVERDAMPED:
         # a mode this stiff follows its load at once, whatever its damping
         data["damping"] = {name: min(ratio, OVERDAMPED) for name, ratio in data["damping"].items()}
         what += f", at most {100 * OVERDAMPED:g} % here"
-    notes.append(ImportNote("approximated", body.block.where, "damping", f"{what}: ratios of the tower alone"))
+    notes.add("approximated", body.block.where, "damping", f"{what}: ratios of the tower alone")
     elements = [b for b in root.find("aerodrag").within("aerodrag_element") if is_about(b, body.name)]
     rows = np.array([c.numbers(0, 3) for b in elements for c in b.all("sec")])
     radii = [
@@ -323,7 +307,7 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote
         data["diameter"] = np.interp(span, np.abs(rows[:, 0]), rows[:, 2])
     else:
         data["diameter"] = np.sqrt(8.0 * fore / mass) / STEEL_SPEED
-        notes.append(ImportNote("approximated", body.block.where, "tower without radii", "steel tube of its EI / m"))
+        notes.add("approximated", body.block.where, "tower without radii", "steel tube of its EI / m")
     if len(rows):
         # the drag widths of the tower need not be its structural diameters
         area = np.interp(span, np.abs(rows[:, 0]), rows[:, 1] * rows[:, 2])
@@ -331,10 +315,10 @@ def _tower(body: Body, root: Block, treatment: Treatment, notes: list[ImportNote
     return data
 
 
-def _rotating(parts: ModelBodies, count: int, drive: dict[str, Any], notes: list[ImportNote]) -> dict[str, Any]:
+def _rotating(parts: ModelBodies, count: int, drive: dict[str, Any], notes: Notes) -> dict[str, Any]:
     """Content of hub, nacelle and drivetrain."""
     shaft, apex, down = parts.shaft, parts.apex, parts.down
-    grid, softness = shaft.span, 1.0 / shaft.stiffness[:, 5, 5]
+    grid, softness = shaft.sections.span, 1.0 / shaft.sections.stiffness[:, 5, 5]
     compliance = np.concatenate([[0.0], np.cumsum(0.5 * (softness[1:] + softness[:-1]) * np.diff(grid))])
     lumps = shaft.lumps()
 
@@ -377,8 +361,8 @@ def _rotating(parts: ModelBodies, count: int, drive: dict[str, Any], notes: list
     J = np.zeros((3, 3))
     for lump in fixed:
         arm = lump.position - parts.top - centre
-        own_inertia = lump.inertia - (0.0 if lump in still else 1.0) * about_shaft(lump) * np.outer(down, down)
-        J += own_inertia + lump.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        turning = (0.0 if lump in still else 1.0) * about_shaft(lump) * np.outer(down, down)
+        J += lump.inertia - turning + lump.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     tilt = math.asin(-float(down[2]))
     overhang = float(-(apex - parts.top)[0] / math.cos(tilt))
     nacelle = {
@@ -397,9 +381,9 @@ def _rotating(parts: ModelBodies, count: int, drive: dict[str, Any], notes: list
     damping = float(shaft.damping[5]) * stiffness
     drive = drive | {"stiffness": stiffness, "damping": damping, "generator_inertia": max(inertia, least)}
     why = f"two masses: generator {inertia:.4g} kg m^2, spring {stiffness:.4g} N m/rad; rigid in bending"
-    notes.append(ImportNote("approximated", shaft.block.where, f"shaft {shaft.name}", why))
+    notes.add("approximated", shaft.block.where, f"shaft {shaft.name}", why)
     for body in parts.nacelle + parts.hub:
-        notes.append(ImportNote("approximated", body.block.where, f"body {body.name}", "rigid"))
+        notes.add("approximated", body.block.where, f"body {body.name}", "rigid")
     return {"hub": hub, "nacelle": nacelle, "drivetrain": drive}
 
 

@@ -12,7 +12,7 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.exchange.hawc2.bodies import Body, read_bodies
 from meltemi.exchange.hawc2.control import libraries
 from meltemi.exchange.hawc2.htc import Block, Treatment
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 Float = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ def _linked(aero: Block) -> dict[int, str]:
 
 
 def other_blades(
-    structure: Block, aero: Block, main: Path, blade: Body, down: Float, count: int, notes: list[ImportNote]
+    structure: Block, aero: Block, main: Path, blade: Body, down: Float, count: int, notes: Notes
 ) -> list[Block]:
     """Orientation blocks of the bodies up to the other blades, if these equal blade 1; a note on each that does not."""
     joints: list[Block] = []
@@ -78,7 +78,7 @@ def other_blades(
         try:
             bodies = read_bodies(structure, main, name)
         except (InputError, UnsupportedError) as error:
-            notes.append(ImportNote("ignored", aero.where, f"blade {k}", f"taken as blade 1; {error}"))
+            notes.add("ignored", aero.where, f"blade {k}", f"taken as blade 1; {error}")
             continue
         other = bodies[-1]
         turned = blade.axes @ np.linalg.inv(other.axes)
@@ -91,7 +91,7 @@ def other_blades(
         else:
             joints += [body.joint for body in bodies]
             continue
-        notes.append(ImportNote("ignored", other.joint.where, f"blade {k}", f"taken as blade 1, although {why}"))
+        notes.add("ignored", other.joint.where, f"blade {k}", f"taken as blade 1, although {why}")
     return joints
 
 

@@ -29,13 +29,7 @@ def _bearing_axis(bearing: Block, ground: Float, parent: Body, shaft: Body) -> F
 
 
 def read_start(
-    bearing: Block,
-    ground: Float,
-    parent: Body,
-    shaft: Body,
-    beyond: list[Body],
-    down: Float,
-    treatment: Treatment,
+    bearing: Block, ground: Float, parent: Body, shaft: Body, beyond: list[Body], down: Float, treatment: Treatment
 ) -> dict[str, float]:
     """Rotor speed [rad/s], pitch and azimuth [rad] of blade 1 with which the model begins.
 

@@ -17,14 +17,12 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.exchange.boxes import Profile, box_case
 from meltemi.exchange.hawc2.htc import Block, Command, Treatment
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 PROFILES: dict[int, Profile] = {0: "none", 1: "constant", 2: "log", 3: "power"}
 
 
-def read_wind(
-    wind: Block, path: Path, turned_by: float, treatment: Treatment, notes: list[ImportNote]
-) -> dict[str, Any]:
+def read_wind(wind: Block, path: Path, turned_by: float, treatment: Treatment, notes: Notes) -> dict[str, Any]:
     """The ``wind`` of a case file, with absolute paths.
 
     Args:
@@ -40,7 +38,7 @@ def read_wind(
         turned_by += yaw
         if roll:
             words = f"the roll of the field, {math.degrees(roll):g} deg"
-            notes.append(ImportNote("ignored", turned.where, "windfield_rotations", words))
+            notes.add("ignored", turned.where, "windfield_rotations", words)
     direction = {"direction": math.remainder(turned_by, 2.0 * math.pi)} if abs(turned_by) > 1e-9 else {}
     speed = wind.value("wsp", 10.0)
     if (along := wind.get("horizontal_input")) is not None and not along.numbers(0, 1)[0]:
@@ -58,7 +56,7 @@ def read_wind(
         else:
             treatment.set_note([form], "used", "the case has the box of the block mann, its last plane first")
             if tilt and turned is not None:
-                notes.append(ImportNote("ignored", turned.where, "windfield_rotations", "boxes are not inclined"))
+                notes.add("ignored", turned.where, "windfield_rotations", "boxes are not inclined")
             return box | direction
     steady: dict[str, Any] = {"kind": "steady", "speed": 0.0 if profile == "none" else speed} | direction
     if tilt:

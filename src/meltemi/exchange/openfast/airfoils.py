@@ -22,12 +22,17 @@ from meltemi.exchange.openfast.text import (
     split,
 )
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote, Kind
+from meltemi.exchange.report import Kind, Notes
 
 NO_LIFT = 0.05
 """A section whose lift coefficient stays below this within 30 degrees has no dynamic stall: a cylinder."""
 FIRST, BY_SETTING = 1, 3
 """Values of ``AFTabMod``."""
+SEVERAL: dict[int, tuple[Kind, str]] = {
+    FIRST: ("used", "the first, as with AFTabMod 1"),
+    BY_SETTING: ("approximated", "that of UserProp 0: flaps of a controller are not read"),
+}
+"""Note on the one of several polars in a file that is read."""
 STALL_CONSTANTS = {"a1": 0.3, "a2": 0.7, "b1": 0.14, "b2": 0.53, "pressure_lag": 1.7, "separation_lag": 3.0}
 """AeroDyn's defaults."""
 
@@ -50,7 +55,7 @@ def has_lift(alpha: Float, lift: Float) -> bool:
     return bool(np.any(np.abs(lift[np.abs(alpha) < 0.52]) > NO_LIFT))
 
 
-def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, notes: list[ImportNote]) -> Polars:
+def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, notes: Notes) -> Polars:
     """Read the airfoil files of a deck.
 
     Args:
@@ -76,16 +81,12 @@ def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, not
             constants.append(tuple(stall.values()))
     usual = max(set(constants), key=constants.count) if constants else tuple(STALL_CONSTANTS.values())
     if len(set(constants)) > 1:
-        notes.append(
-            ImportNote(
-                "approximated", "airfoils", "T_f0, T_p, A1, A2, b1, b2", "one set for all: that of most airfoils"
-            )
-        )
+        notes.add("approximated", "airfoils", "T_f0, T_p, A1, A2, b1, b2", "one set for all: that of most airfoils")
     return Polars(airfoils, dict(zip(STALL_CONSTANTS, usual, strict=True)))
 
 
 def _airfoil(
-    file: InputFile, columns: dict[str, int], mode: int, notes: list[ImportNote]
+    file: InputFile, columns: dict[str, int], mode: int, notes: Notes
 ) -> tuple[dict[str, Any], dict[str, float]]:
     file.require(["NumAlf"], "the number of lines of the polar")
     ends = file.entries["numalf"]
@@ -97,8 +98,7 @@ def _airfoil(
     above = next((i for i in order if settings[i] >= 0.0), order[-1])
     below = next((i for i in reversed(order) if settings[i] <= 0.0), order[0])
     chosen = min(above, below, key=lambda i: abs(settings[i]))
-    values = Values([])  # one note per file keeps the report short
-    values.read(_part(file, ends[chosen]))
+    values = Values(Notes(), _part(file, ends[chosen]))  # one note per file keeps the report short
     alpha = tables[chosen]["alpha"]
     share = 0.0
     if settings[above] != settings[below]:
@@ -125,17 +125,10 @@ def _airfoil(
     }
     several = len(file.entries["numalf"])
     if several == 1:
-        notes.append(
-            ImportNote(
-                "used", file.path.name, f"polar, {len(alpha)} lines" + ("" if lifts else ", no lift"), "airfoils"
-            )
-        )
+        notes.add("used", file.path.name, f"polar, {len(alpha)} lines" + ("" if lifts else ", no lift"), "airfoils")
     else:
-        why = "the first, as with AFTabMod 1" if mode == FIRST else "the first, for one Reynolds number"
-        if mode == BY_SETTING:
-            why = "that of UserProp 0: flaps of a controller are not read"
-        kind: Kind = "used" if mode == FIRST else "approximated"
-        notes.append(ImportNote(kind, file.path.name, f"{several} polars", why))
+        kind, why = SEVERAL.get(mode, ("approximated", "the first, for one Reynolds number"))
+        notes.add(kind, file.path.name, f"{several} polars", why)
     return airfoil, {name: values.given(name, default) for name, default in STALL_CONSTANTS.items()}
 
 
@@ -152,7 +145,7 @@ def _part(file: InputFile, end: KeywordLine) -> InputFile:
     return replace(file, entries={name: lines for name, lines in entries.items() if lines})
 
 
-def _table(file: InputFile, entry: KeywordLine, columns: dict[str, int], notes: list[ImportNote]) -> dict[str, Float]:
+def _table(file: InputFile, entry: KeywordLine, columns: dict[str, int], notes: Notes) -> dict[str, Float]:
     """Angles [rad] and coefficients of one table.
 
     Raises:

@@ -11,20 +11,19 @@ from meltemi.exchange.openfast.columns import KEY_POINTS
 from meltemi.exchange.openfast.text import Float, InputFile, number, read_input, split
 from meltemi.exchange.openfast.tower import shapes
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 MATCHES, NEARLY = 2e-3, 2e-2
 """Differences of BeamDyn's from ElastoDyn's length of a blade, relative: that are rounding, and that are accepted."""
 
 
-def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]) -> dict[str, Any]:
+def read_elastodyn_blade(file: InputFile, length: float, notes: Notes) -> dict[str, Any]:
     """Read ElastoDyn section properties: a straight blade without torsion.
 
     Raises:
       InputError: the file is not valid; the message has file and line.
     """
-    values = Values(notes)
-    values.read(file)
+    values = Values(notes, file)
     entry = file.require(["NBlInpSt"], "number of stations")
     wanted = {
         "position": "BlFract",
@@ -48,7 +47,7 @@ def read_elastodyn_blade(file: InputFile, length: float, notes: list[ImportNote]
     }
 
 
-def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str, notes: list[ImportNote]) -> None:
+def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str, notes: Notes) -> None:
     """Add torsional stiffness and inertia from BeamDyn's sections, which ElastoDyn lacks."""
     z, K, M = matrices["position"], matrices["stiffness_matrix"], matrices["mass_matrix"]
     at = structure["position"]
@@ -64,14 +63,10 @@ def add_torsion(structure: dict[str, Any], matrices: dict[str, Any], where: str,
         speed = np.sqrt(np.median((structure["torsion_stiffness"] / J)[inner]))
     ratio = 0.5 * torsion * 0.5 * np.pi / at[-1] * speed
     structure["damping"]["torsion"] = float(ratio) if np.isfinite(ratio) and ratio < 1.0 else 0.0
-    notes.append(
-        ImportNote(
-            "approximated", where, "GJ, rotary inertia, damping of torsion", "ElastoDyn has no torsion: from BeamDyn"
-        )
-    )
+    notes.add("approximated", where, "GJ, rotary inertia, damping of torsion", "ElastoDyn has no torsion: from BeamDyn")
 
 
-def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dict[str, Any]:
+def read_beamdyn(file: InputFile, length: float, notes: Notes) -> dict[str, Any]:
     """Read a BeamDyn blade: curved axis and 6 x 6 section matrices.
 
     BeamDyn's section axes are those of meltemi: x towards the suction side, y towards the trailing edge, z along the
@@ -81,8 +76,7 @@ def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dic
       InputError: the file is not valid; the message has file and line.
       UnsupportedError: several members.
     """
-    values = Values(notes)
-    values.read(file)
+    values = Values(notes, file)
     if values.given("members", 1) != 1:
         raise UnsupportedError(f"{file.path}: blades of {values['members']} members are not read, only of one")
     wanted = {"x": "kp_xr", "y": "kp_yr", "z": "kp_zr", "twist": "initial_twist"}
@@ -94,7 +88,7 @@ def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dic
     if MATCHES < off < NEARLY:
         what = f"kp_zr ends at {z[-1]:g} m"
         why = f"stretched to ElastoDyn's length of the blade, {length:g} m"
-        notes.append(ImportNote("warning", file.path.name, what, why))
+        notes.add("warning", file.path.name, what, why)
     if abs(z[0]) > 1e-6 or np.any(np.diff(z) <= 0.0) or off > NEARLY:
         raise InputError(
             f"{file.path}: kp_zr must increase from 0 to the blade's length of {length:g} m, but goes from {z[0]:g} to "
@@ -117,10 +111,9 @@ def read_beamdyn(file: InputFile, length: float, notes: list[ImportNote]) -> dic
     return structure | damping
 
 
-def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, Float, dict[str, Any]]:
+def _sections(file: InputFile, notes: Notes) -> tuple[Float, Float, Float, dict[str, Any]]:
     """Relative stations, stiffness (S, 6, 6), mass (S, 6, 6), and structural damping."""
-    values = Values(notes)
-    values.read(file)
+    values = Values(notes, file)
     entry = file.require(["station_total"], "number of stations")
     count = file.count(entry)
     times: list[float] | None = None
@@ -134,31 +127,27 @@ def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, F
             times = numbers_only
         else:
             blocks.append((i, numbers_only))
-    eta: list[float] = []
-    K: list[list[list[float]]] = []
-    M: list[list[list[float]]] = []
-    place = 0
+    widths = [1] + [6] * 12
     for station in range(count):
-        part = blocks[place : place + 13]
-        if len(part) < 13 or [len(row) for _, row in part] != [1] + [6] * 12:
-            odd = (n for (n, row), width in zip(part, [1] + [6] * 12, strict=False) if len(row) != width)
+        part = blocks[13 * station : 13 * (station + 1)]
+        if [len(row) for _, row in part] != widths:
+            odd = (n for (n, row), width in zip(part, widths, strict=False) if len(row) != width)
             bad = next(odd, len(file.lines))
             raise InputError(
                 f"{file.at(bad)}: station {station + 1} of {count} (station_total, line {entry.line}) should be its "
                 "share of the length, then 6 lines of 6 numbers of stiffness, then 6 of mass"
             )
-        eta.append(part[0][1][0])
-        K.append([row for _, row in part[1:7]])
-        M.append([row for _, row in part[7:13]])
-        place += 13
-    if place < len(blocks) and len(blocks[place][1]) == 1:
+    end = 13 * count
+    if end < len(blocks) and len(blocks[end][1]) == 1:
         raise InputError(
-            f"{file.at(blocks[place][0])}: station_total in line {entry.line} says {count} stations, but they go on"
+            f"{file.at(blocks[end][0])}: station_total in line {entry.line} says {count} stations, but they go on"
         )
-    share = np.array(eta)
+    share = np.array([row[0] for _, row in blocks[:end:13]])
     if count < 2 or abs(share[0]) > 1e-6 or abs(share[-1] - 1.0) > 1e-6 or np.any(np.diff(share) <= 0.0):
         raise InputError(f"{file.path}: the stations must increase from 0 to 1")
-    stiffness, mass = np.array(K), np.array(M)
+    stiffness, mass = (
+        np.array([[row for _, row in blocks[k : k + 6]] for k in range(first, end, 13)]) for first in (1, 7)
+    )
     # a massless or rotary-inertia-free section would make the mass matrix singular
     floor = 1e-9 * np.abs(mass).max()
     for i in (3, 4, 5):
@@ -167,13 +156,11 @@ def _sections(file: InputFile, notes: list[ImportNote]) -> tuple[Float, Float, F
     worst = max(np.abs(A - B).max() / np.abs(A).max() for A, B in zip((stiffness, mass), symmetric, strict=True))
     if worst > 1e-3:
         raise InputError(f"{file.path}: the section matrices are not symmetric")
-    notes.append(
-        ImportNote("used", f"{file.path.name}:{entry.line}", f"6 x 6 matrices at {count} stations", "blade.structure")
-    )
+    notes.add("used", f"{file.path.name}:{entry.line}", f"6 x 6 matrices at {count} stations", "blade.structure")
     damping: dict[str, Any] = {"damping": {}}
     if values["damping"] == 1 and times is not None:
         why = "bending and torsion; mu1 to mu3 have no mode"
-        notes.append(ImportNote("approximated", file.path.name, f"mu1 to mu6 = {times}", why))
+        notes.add("approximated", file.path.name, f"mu1 to mu6 = {times}", why)
         damping = {"damping_time": {"flap": times[4], "edge": times[3], "torsion": times[5]}}
     ratios = values.given("modal_damping", [])
     if values["damping"] == 2 and ratios:
@@ -193,25 +180,23 @@ def _cant(columns: dict[str, Float]) -> Float:
     return np.degrees(np.arctan(np.gradient(middle, columns["position"], edge_order=2)))
 
 
-def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote]) -> dict[str, Any]:
+def read_aerodyn_blade(file: InputFile, names: list[str], notes: Notes) -> dict[str, Any]:
     """Read the outer shape of an AeroDyn blade.
 
     Raises:
       InputError: the file is not valid; the message has file and line.
     """
-    Values(notes).read(file)
+    Values(notes, file)
     entry = file.require(["NumBlNds"], "number of stations")
     wanted = {"position": "BlSpn", "chord": "BlChord", "twist": "BlTwist", "airfoil": "BlAFID"}
     offsets = {"centre_x": "BlCrvAC", "centre_y": "BlSwpAC", "cant": "BlCrvAng"}
     columns: dict[str, Any] = dict(file.table(entry, wanted | offsets, notes, optional=("cant",)))
     if "cant" not in columns and len(columns["position"]) > 2:
         columns["cant"] = _cant(columns)
-        notes.append(
-            ImportNote("used", file.path.name, "no BlCrvAng", "cant: that of the mid-chord line, as in AeroDyn")
-        )
+        notes.add("used", file.path.name, "no BlCrvAng", "cant: that of the mid-chord line, as in AeroDyn")
     ids = columns["airfoil"]
-    if np.any(ids != np.round(ids)) or np.any(ids < 1) or np.any(ids > len(names)):
-        i = int(np.flatnonzero((ids != np.round(ids)) | (ids < 1) | (ids > len(names)))[0])
+    if len(wrong := np.flatnonzero((ids != np.round(ids)) | (ids < 1) | (ids > len(names)))):
+        i = int(wrong[0])
         raise InputError(f"{file.path}: BlAFID of station {i + 1} is {ids[i]:g}; there are airfoils 1 to {len(names)}")
     columns["airfoil"] = tuple(names[int(i) - 1] for i in ids)
     columns["twist"] = np.radians(columns["twist"])
@@ -220,12 +205,6 @@ def read_aerodyn_blade(file: InputFile, names: list[str], notes: list[ImportNote
             del columns[name]
     if "cant" in columns:
         columns["cant"] = np.radians(columns["cant"])
-    notes.append(
-        ImportNote(
-            "used",
-            f"{file.path.name}:{entry.line}",
-            f"chord, twist, airfoils, offsets, cant at {len(ids)} stations",
-            "blade.aerodynamics",
-        )
-    )
+    what = f"chord, twist, airfoils, offsets, cant at {len(ids)} stations"
+    notes.add("used", f"{file.path.name}:{entry.line}", what, "blade.aerodynamics")
     return columns

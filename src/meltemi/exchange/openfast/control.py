@@ -10,7 +10,7 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.text import Float
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 IDEAL_RATE = math.radians(8.0)
 """[rad/s] of a pitch drive of which the deck says nothing."""
@@ -26,7 +26,7 @@ UNFILTERED = 50.0
 """Corner frequency of the speed of a law that has no filter, over the rated rotor speed."""
 
 
-def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dict[str, Any]]:
+def from_discon(v: Values, notes: Notes) -> tuple[dict[str, Any], dict[str, Any]]:
     """Controller and pitch actuator from ROSCO's settings.
 
     ROSCO's gains over pitch angle become K / (1 + pitch / halving), fitted by least squares of the relative errors.
@@ -44,15 +44,11 @@ def from_discon(v: Values, notes: list[ImportNote]) -> tuple[dict[str, Any], dic
     pitch = np.linspace(0.0, angle[use].max(), 60)  # below its first angle ROSCO holds the first gains
     gains = np.stack([np.interp(pitch, angle[use], gain[use]) for gain in (gain_p, gain_i)])
     halving, at_zero, off = _schedule(pitch, gains)
-    notes.append(
-        ImportNote(
-            "approximated",
-            where,
-            f"PC_GS_angles, PC_GS_KP, PC_GS_KI ({n} points)",
-            f"K / (1 + pitch / {math.degrees(halving):.2f} deg), off by up to {100.0 * off[0]:.0f} % "
-            f"(proportional) and {100.0 * off[1]:.0f} % (integral); ROSCO itself (--controller rosco) has them exactly",
-        )
+    why = (
+        f"K / (1 + pitch / {math.degrees(halving):.2f} deg), off by up to {100.0 * off[0]:.0f} % (proportional) and "
+        f"{100.0 * off[1]:.0f} % (integral); ROSCO itself (--controller rosco) has them exactly"
     )
+    notes.add("approximated", where, f"PC_GS_angles, PC_GS_KP, PC_GS_KI ({n} points)", why)
     v.differs(
         "approximated",
         1,

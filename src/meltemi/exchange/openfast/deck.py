@@ -24,7 +24,7 @@ from meltemi.exchange.openfast.tower import add_diameter, read_substructure, rea
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.openfast.wind import read_inflow
-from meltemi.exchange.report import ImportedModel, ImportNote
+from meltemi.exchange.report import ImportedModel, Notes
 from meltemi.sea.pile_beam import first_frequency
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import BaseMotion, Turbine
@@ -86,14 +86,14 @@ def read_deck(
         paths for ``extra``.
       UnsupportedError: the deck has a named feature that is not supported.
     """
-    path, notes = Path(path), list[ImportNote]()
-    v, main = Values(notes), _main(path)
-    v.read(main)
+    path, notes = Path(path), Notes()
+    main = _main(path)
+    v = Values(notes, main)
     _refuse_modules(main, v, fixed_base)
     elastodyn = v.read(_open(main, "EDFile", "ElastoDyn"))
     _refuse_platform(path, v, fixed_base)
-    aero_values = Values(notes)
-    aero = aero_values.read(_open(main, "AeroFile", "AeroDyn"))
+    aero = _open(main, "AeroFile", "AeroDyn")
+    aero_values = Values(notes, aero)
     _refuse_wake(aero, aero_values, momentum_wake)
     polars = _polars(aero, aero_values, notes)
     shape_path = _file(aero, aero_values, "blade_file")
@@ -103,7 +103,7 @@ def read_deck(
     add_diameter(tower, aero, aero_values, notes)
     data: dict[str, Any] = {
         "name": path.stem,
-        "description": _title(main),
+        "description": main.lines[1].strip()[:200] if len(main.lines) > 1 else "",
         "source": f"OpenFAST deck {path.name}",
         "n_blades": v["n_blades"],
         "blade": {"aerodynamics": outer, "structure": structure, "source": shape_path.name},
@@ -128,7 +128,10 @@ def read_deck(
         v.unneeded("of a platform", "mooring_file")
     servo = _control(main, data, v, None if discon is None else Path(discon), control_of)
     _drivetrain(data, v)
-    _replaced(data, control_of, extra or {}, v)
+    if control_of is not None:
+        v.unneeded("the control is that of control_of", *(f"simple_{name}" for name in SIMPLE))
+    v.unneeded("given by extra", *(extra or {}))
+    supplement(data, control_of, extra or {}, notes)
     _require_complete(path, data)
     rayleigh = data.get("support", {}).pop("rayleigh", None)
     turbine = _validated(data, path, v)
@@ -206,10 +209,6 @@ def _file(file: InputFile, v: Values, target: str) -> Path:
     return path
 
 
-def _title(main: InputFile) -> str:
-    return main.lines[1].strip()[:200] if len(main.lines) > 1 else ""
-
-
 def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
     moored = v.given("comp_mooring", 0) not in ((0, 1, 3) if v.given("comp_hydro", 0) else (0,)) and not fixed_base
     for target, unsupported, reason in (
@@ -227,12 +226,7 @@ def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
     ):
         if unsupported:
             raise UnsupportedError(f"{main.path.parent / v.source[target]}: {reason}")
-    v.differs(
-        "ignored",
-        0,
-        comp_ice="ice loads are not modelled",
-        comp_soil="soil is not modelled",
-    )
+    v.differs("ignored", 0, comp_ice="ice loads are not modelled", comp_soil="soil is not modelled")
     if fixed_base:
         clamped = "the tower base is clamped, as requested"
         v.differs("ignored", 0, comp_mooring=clamped, comp_sub=clamped)
@@ -259,9 +253,8 @@ def _floating(main: InputFile, v: Values, water: DeckWater) -> dict[str, Any]:
     platform = water.platform(v)
     moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
     if moored is not None:
-        platform |= read_mooring(
-            read_input(moored, "mooring"), platform["depth"], v.notes, of_map=v["comp_mooring"] == 1
-        )
+        lines = read_input(moored, "mooring")
+        platform |= read_mooring(lines, platform["depth"], v.notes, of_map=v["comp_mooring"] == 1)
     foundation = {"motions": get_args(BaseMotion), "stiffness": np.zeros((6, 6))}
     return {"platform": platform, "foundation": foundation}
 
@@ -305,7 +298,7 @@ def _refuse_wake(aero: InputFile, values: Values, momentum_wake: bool) -> None:
         values.note("approximated", "unsteady", "the model of Hansen, Gaunaa and Madsen (UA_Mod 4)")
 
 
-def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
+def _polars(aero: InputFile, values: Values, notes: Notes) -> Polars:
     entry = aero.require(["NumAFfiles"], "number of airfoil files")
     first = aero.require(["AFNames"], "name of the first airfoil file")
     paths = []
@@ -335,9 +328,7 @@ def _polars(aero: InputFile, values: Values, notes: list[ImportNote]) -> Polars:
     return read_airfoils(paths, columns, values.given("table_mode", 1), notes)
 
 
-def _structure(
-    main: InputFile, elastodyn: InputFile, v: Values, blade: BladeChoice, notes: list[ImportNote]
-) -> dict[str, Any]:
+def _structure(main: InputFile, elastodyn: InputFile, v: Values, blade: BladeChoice, notes: Notes) -> dict[str, Any]:
     length = v["tip_radius"] - v["hub.radius"]
     if not length > 0.0:
         raise InputError(f"{elastodyn.path}: TipRad must be larger than HubRad")
@@ -363,7 +354,7 @@ def _structure(
     v.differs("ignored", 0.0, tip_mass="tip brakes are not modelled")
     if path is not None:
         try:
-            of_beam = read_beamdyn(read_input(path, "BeamDyn"), length, [])
+            of_beam = read_beamdyn(read_input(path, "BeamDyn"), length, Notes())
         except (InputError, UnsupportedError) as error:
             v.note("ignored", "beamdyn", f"blades without torsion: {error}; the deck does not need it")
         else:
@@ -371,18 +362,16 @@ def _structure(
     return structure
 
 
-def _replaced(data: dict[str, Any], control_of: Turbine | None, extra: Mapping[str, Any], v: Values) -> None:
-    """Replace the control by that of another turbine, and further values by those of the caller."""
+def supplement(data: dict[str, Any], control_of: Turbine | None, extra: Mapping[str, Any], notes: Notes) -> None:
+    """Replace the control by that of another turbine, and further values by those of the caller, by key path."""
     if control_of is not None:
         for name in ("control", "pitch_actuator", "rated_power"):
             value = getattr(control_of, name)
             data[name] = value.content() if isinstance(value, Record) else value
-        v.notes.append(ImportNote("used", "control_of", control_of.name, "control, pitch_actuator, rated_power"))
-        v.unneeded("the control is that of control_of", *(f"simple_{name}" for name in SIMPLE))
+        notes.add("used", "control_of", control_of.name, "control, pitch_actuator, rated_power")
     for target, value in extra.items():
         set_keys(data, target, value)
-        v.unneeded("given by extra", target)
-        v.notes.append(ImportNote("used", "extra", target, "given in addition to the deck"))
+        notes.add("used", "extra", target, "given in addition to the model")
 
 
 def _machine(data: dict[str, Any], v: Values, source: str) -> None:
@@ -451,23 +440,23 @@ def _control(  # noqa: C901 - a branch for each kind of control
             names = ("library", "library_input", "library_step", "procedure", "individual")
             v.unneeded("of a controller library: see PCMode, VSContrl", *names)
     if discon is not None:
-        _discon(discon, data, v, notes if control_of is None else [], must=given)
+        _discon(discon, data, v, notes if control_of is None else Notes(), must=given)
         if control_of is not None:
             why = "the control is that of control_of; without GenEff of ServoDyn VS_GenEff counts, and Y_Rate"
-            notes.append(ImportNote("not needed", discon.name, "settings of ROSCO", why))
+            notes.add("not needed", discon.name, "settings of ROSCO", why)
     yaw = data.setdefault("yaw", {})
     if not yaw.get("stiffness"):
         yaw["stiffness"] = LEAST_YAW_FREQUENCY**2 * max(data["nacelle"]["yaw_inertia"], 1.0)
         yaw["damping"] = 0.02 * yaw["stiffness"] / LEAST_YAW_FREQUENCY
-        notes.append(ImportNote("approximated", "yaw bearing", "no YawSpr", "yaw frequency 2 Hz, damping ratio 1 %"))
+        notes.add("approximated", "yaw bearing", "no YawSpr", "yaw frequency 2 Hz, damping ratio 1 %")
     yaw.setdefault("damping", 0.0)
     if yaw.get("rate") and yaw["rate"] >= 0.2:
         yaw.pop("rate")
     if not library.get("step"):
         v.unneeded("the time step follows from the highest frequency of the model", "time_step", "library_step")
     if not (v.given("pitch_free", False) and data.get("pitch_actuator", {}).get("kind") == "second_order"):
-        own_drive = ("pitch_inertia", "bearing_inertia", "pitch_stiffness", "pitch_damping")
-        v.unneeded("of PitchDOF, with ROSCO", *own_drive)
+        drive = ("pitch_inertia", "bearing_inertia", "pitch_stiffness", "pitch_damping")
+        v.unneeded("of PitchDOF, with ROSCO", *drive)
         if v.given("pitch_free", False):
             v.note("ignored", "pitch_free", "the pitch actuator is that of the controller")
     return library
@@ -482,7 +471,7 @@ def _named_settings(file: InputFile, v: Values) -> Path | None:
         return None
 
 
-def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote], *, must: bool) -> None:
+def _discon(path: Path, data: dict[str, Any], v: Values, notes: Notes, *, must: bool) -> None:
     """Controller and actuator from ROSCO settings; ``must``: the user gave the file, so it has to be valid."""
     discon = read_input(path, "DISCON")
     if discon.find("PC_GS_KP") is None:
@@ -490,8 +479,7 @@ def _discon(path: Path, data: dict[str, Any], v: Values, notes: list[ImportNote]
             raise InputError(f"{path}: not the settings of ROSCO (a DISCON.IN): no PC_GS_KP in it")
         v.note("ignored", "library_input", "not ROSCO's settings (no PC_GS_KP); the library itself can be run")
         return
-    settings = Values(notes)
-    settings.read(discon)
+    settings = Values(notes, discon)
     control, actuator = from_discon(settings, notes)
     data["control"], data["pitch_actuator"] = control | {"discon": str(path.absolute())}, actuator
     data["rated_power"] = settings["rated_power"]

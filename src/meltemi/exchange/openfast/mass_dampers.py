@@ -12,13 +12,13 @@ from typing import Any
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.exchange.openfast.text import InputFile, read_input
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 INDEPENDENT, OMNIDIRECTIONAL = 1, 2
 PLACES = (("nacelle_dampers", "NStCfiles"), ("tower_dampers", "TStCfiles"), ("blade_dampers", "BStCfiles"))
 
 
-def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: list[ImportNote]) -> list[dict[str, Any]]:
+def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: Notes) -> list[dict[str, Any]]:
     """Read the mass dampers that ServoDyn names.
 
     Args:
@@ -46,9 +46,8 @@ def read_mass_dampers(servo: InputFile, v: Values, length: float, notes: list[Im
     return dampers
 
 
-def _dampers(file: InputFile, origin: float, notes: list[ImportNote], in_blade: bool) -> list[dict[str, Any]]:
-    v = Values(notes)
-    v.read(file)
+def _dampers(file: InputFile, origin: float, notes: Notes, in_blade: bool) -> list[dict[str, Any]]:
+    v = Values(notes, file)
     mode = v["mode"]
     if mode == 0:
         return []

@@ -15,14 +15,11 @@ import meltemi.exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.exchange.openfast.text import DIFFRACTS, Float, InputFile, KeywordLine, flag, number
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 AXIAL = {"plate_drag": 0.5, "plate_added_mass": 1.0, "plate_pressure": 1.0}
 """Our coefficient over HydroDyn's AxCd, AxCa, AxCp."""
 COEFFICIENTS = {"drag": "Cd", "added_mass": "Ca", "pressure": "Cp"}
-
-
-Notes = list[ImportNote]
 
 
 def hydro_table(file: InputFile, count: str, layout: str, wanted: dict[str, str], notes: Notes) -> dict[str, Float]:
@@ -202,7 +199,7 @@ def _of_members(file: InputFile, members: dict[str, Float], places: dict[int, Fl
                 x[row] = 0.5 * (each[f"{name}1"][k] + each[f"{name}2"][k])
     if diffract:
         why = "diffraction of a platform's members is not modelled: their inertia is that of slender ones"
-        v.notes.append(ImportNote("approximated", file.path.name, "MCF", why))
+        v.notes.add("approximated", file.path.name, "MCF", why)
     return coefficients
 
 

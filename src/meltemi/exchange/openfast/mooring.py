@@ -12,10 +12,11 @@ import re
 from typing import Any, Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.exchange.openfast.text import Float, InputFile, begins_with_number, check_header, is_content, number, split
-from meltemi.exchange.report import ImportNote, Kind
+from meltemi.exchange.report import ImportNote, Kind, Notes
 
 Program = Literal["MoorDyn 2", "MoorDyn 1", "MAP++"]
 MASS = "MassDen|MassDenAir|MassDenInAir|Mass/m"
@@ -68,7 +69,7 @@ SEABED = ("DEPTH", "SEABED", "GROUND", "FLOOR")
 
 
 def read_mooring(  # noqa: C901 - a branch for each thing that a line can be attached to
-    file: InputFile, depth: float, notes: list[ImportNote], *, of_map: bool = False
+    file: InputFile, depth: float, notes: Notes, *, of_map: bool = False
 ) -> dict[str, Any]:
     """Read mooring lines (``lines``), the free points where they meet (``points``), and MoorDyn's ``segments``.
 
@@ -177,11 +178,9 @@ def _turned(lines: list[Any], free: dict[str, Any], degrees: float, end: str) ->
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
 
     def turn(place: Any) -> Any:
-        return (
-            place + end
-            if isinstance(place, str)
-            else [c * place[0] - s * place[1], s * place[0] + c * place[1], place[2]]
-        )
+        if isinstance(place, str):
+            return place + end
+        return [c * place[0] - s * place[1], s * place[0] + c * place[1], place[2]]
 
     turned = [line | {name: turn(line[name]) for name in ("fairlead", "anchor")} for line in lines]
     return turned, {name + end: point for name, point in free.items()}
@@ -216,13 +215,13 @@ def _is_first(file: InputFile, sections: dict[str, list[int]]) -> bool:
     return narrow and bool(lines) and "nodeanch" in [word.lower() for word in lines[0]]
 
 
-def _refuse(file: InputFile, sections: dict[str, list[int]], notes: list[ImportNote]) -> None:
+def _refuse(file: InputFile, sections: dict[str, list[int]], notes: Notes) -> None:
     for kind, what in (("rods", "rods"), ("loads", "external loads")):
         if rows := sections.get(kind, [])[2:]:
             raise UnsupportedError(f"{file.at(rows[0])}: {what} of MoorDyn are not modelled")
     for kind, what in (("control", "control of line lengths"), ("failures", "failures of lines")):
         if sections.get(kind, [])[2:]:
-            notes.append(ImportNote("ignored", file.path.name, what, "lines keep their length"))
+            notes.add("ignored", file.path.name, what, "lines keep their length")
 
 
 def _table(
@@ -231,7 +230,7 @@ def _table(
     program: Program,
     kind: str,
     names: dict[str, tuple[str, ...]],
-    notes: list[ImportNote],
+    notes: Notes,
 ) -> dict[str, tuple[int, dict[str, str]]]:
     """Rows of a section by their first word, with line numbers; without columns that the program does not have."""
     if kind not in sections:
@@ -260,7 +259,7 @@ def _table(
 
 
 def _bodies(
-    file: InputFile, sections: dict[str, list[int]], program: Program, notes: list[ImportNote]
+    file: InputFile, sections: dict[str, list[int]], program: Program, notes: Notes
 ) -> dict[str, tuple[str, Float, Float]]:
     """Attachment, position (3,) [m] and orientation (3, 3) of each body, named as ``body1``."""
     if program != "MoorDyn 2" or "bodies" not in sections:
@@ -277,15 +276,13 @@ def _bodies(
             )
         if any(_number(file, row[name]) for name in ("M", "V")):
             what = f"body {number_of}"
-            notes.append(
-                ImportNote("ignored", file.path.name, what, "its mass and volume are not part of the platform")
-            )
+            notes.add("ignored", file.path.name, what, "its mass and volume are not part of the platform")
         angles = np.radians([_number(file, row[name]) for name in ("r0", "p0", "y0")])
         if angles.any() and kind in ENDS["fairlead"]:
             # MD_CalcContStateDeriv takes them from the mesh of the body, whose reference is this matrix and not its
             # transpose
             why = "turned as MoorDyn begins; in the run OpenFAST 5.0.0 turns it the other way: make its points Vessel"
-            notes.append(ImportNote("warning", f"{file.path.name}:{line}", f"body {number_of}: r0, p0, y0", why))
+            notes.add("warning", f"{file.path.name}:{line}", f"body {number_of}: r0, p0, y0", why)
         place = np.array([_number(file, row[name]) for name in ("X0", "Y0", "Z0")])
         bodies[f"body{number_of}"] = kind, place, _orientation(*angles)
     return bodies
@@ -293,8 +290,5 @@ def _bodies(
 
 def _orientation(roll: float, pitch: float, yaw: float) -> Float:
     """(3, 3) rotation from body axes to those of the sea, Rx Ry Rz of its angles [rad] (Body_Setup, EulerConstruct)."""
-    (cx, cy, cz), (sx, sy, sz) = np.cos([roll, pitch, yaw]), np.sin([roll, pitch, yaw])
-    Rx = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
-    Ry = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
-    Rz = np.array([[cz, -sz, 0.0], [sz, cz, 0.0], [0.0, 0.0, 1.0]])
-    return Rx @ Ry @ Rz
+    orientation: Float = Rotation.from_euler("XYZ", [roll, pitch, yaw]).as_matrix()
+    return orientation

@@ -16,8 +16,8 @@ import numpy as np
 from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.text import InputFile
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, find
+from meltemi.exchange.report import Notes
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group, find
 from meltemi.simulation.recordable import recordable
 from meltemi.turbine.definition import Turbine
 
@@ -41,7 +41,7 @@ class Output:
     tower_stations: tuple[float, ...] = ()
 
 
-def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbine, notes: list[ImportNote]) -> Output:
+def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbine, notes: Notes) -> Output:
     """Channels of the output lists of files, with a note on each name, or on all that are missing for the same reason.
 
     Args:
@@ -79,11 +79,11 @@ def outputs(files: Sequence[InputFile], v: Values, aero: Values, turbine: Turbin
         if channels:
             channel = find(wanted, available)
             chosen[channel.name] = None
-            notes.append(ImportNote("used", where, name, f"channel {channel.name}"))
+            notes.add("used", where, name, f"channel {channel.name}")
         for why in missing.values():
             without.setdefault((file.path.name, why), []).append(name)
     for (where, why), names in without.items():
-        notes.append(ImportNote("ignored", where, f"OutList: {', '.join(names)}", f"not recorded: {why}"))
+        notes.add("ignored", where, f"OutList: {', '.join(names)}", f"not recorded: {why}")
     return Output(tuple(chosen), gages["blade"], gages["tower"])
 
 
@@ -117,7 +117,7 @@ def _available(turbine: Turbine, blade_stations: int, tower_stations: int) -> di
     elif turbine.support is not None:
         further = channels_of_group("sea") + channels_of_group("pile_station", len(turbine.support.load_stations))
     nodes = len(turbine.blade.aerodynamics.position)
-    return catalogue(Contents(turbine.n_blades, nodes, blade_stations, tower_stations, further=further))
+    return catalogue(ChannelSet(turbine.n_blades, nodes, blade_stations, tower_stations, further=further))
 
 
 def _of_node(name: str, nodes: Sequence[int]) -> str:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, closest
 from meltemi.core.files import bytes_of
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 Float = NDArray[np.float64]
 _TOKEN = re.compile(r"""@?"[^"]*"|@?'[^']*'|[^\s,;]+""")
@@ -129,7 +129,7 @@ class InputFile:
         )
 
     def table(
-        self, entry: KeywordLine, wanted: Mapping[str, str], notes: list[ImportNote], optional: Sequence[str] = ()
+        self, entry: KeywordLine, wanted: Mapping[str, str], notes: Notes, optional: Sequence[str] = ()
     ) -> dict[str, Float]:
         """Columns of numbers by their names in the header, as OpenFAST reads the blades of ElastoDyn and AeroDyn.
 
@@ -170,7 +170,7 @@ class InputFile:
         entry: KeywordLine,
         layout: str,
         wanted: Mapping[str, str],
-        notes: list[ImportNote],
+        notes: Notes,
         *,
         after: int | None = None,
         skip: int = 0,
@@ -210,12 +210,7 @@ class InputFile:
         return value
 
     def rows(
-        self,
-        entry: KeywordLine,
-        count: int,
-        after: int | None = None,
-        skip: int = 0,
-        notes: list[ImportNote] | None = None,
+        self, entry: KeywordLine, count: int, after: int | None = None, skip: int = 0, notes: Notes | None = None
     ) -> tuple[list[str], list[tuple[int, list[str]]], int]:
         """Header, ``count`` rows with their lines, and the line of the last one, of the table of a keyword.
 
@@ -255,12 +250,7 @@ class InputFile:
         return header, rows, last
 
     def check_end(
-        self,
-        entry: KeywordLine,
-        count: int,
-        rows: Sequence[tuple[int, list[str]]],
-        width: int,
-        notes: list[ImportNote] | None,
+        self, entry: KeywordLine, count: int, rows: Sequence[tuple[int, list[str]]], width: int, notes: Notes | None
     ) -> None:
         """Check that a table ends where its keyword says; further rows at the end of the file are a warning.
 
@@ -289,7 +279,7 @@ class InputFile:
                 f"{self.at(first)}: {entry.name} in line {entry.line} says {count} lines, but the table goes on"
             )
         what = f"{len(beyond)} line{'s' * (len(beyond) > 1)} beyond {entry.name} = {count}"
-        notes.append(ImportNote("warning", self.place(first), what, "not read, as in OpenFAST"))
+        notes.add("warning", self.place(first), what, "not read, as in OpenFAST")
 
     def count(self, entry: KeywordLine) -> int:
         """Number of lines that a keyword gives.
@@ -337,9 +327,7 @@ def begins_with_number(tokens: Sequence[str]) -> bool:
     return bool(tokens) and number(tokens[0].strip("'\"")) is not None
 
 
-def check_header(
-    where: str, header: Sequence[str], order: Sequence[str], places: Sequence[int], notes: list[ImportNote]
-) -> None:
+def check_header(where: str, header: Sequence[str], order: Sequence[str], places: Sequence[int], notes: Notes) -> None:
     """Warn of columns whose header names contradict their order; alternative spellings share their beginning.
 
     Args:
@@ -358,7 +346,7 @@ def check_header(
             what = f"column {place + 1} is headed {header[place]}"
             why = f"read as {order[place].split('|')[0]}: OpenFAST reads this table by position"
             if not any((n.where, n.what) == (where, what) for n in notes):
-                notes.append(ImportNote("warning", where, what, why))
+                notes.add("warning", where, what, why)
 
 
 def any_case(folder: Path, parts: Sequence[str]) -> Path | None:

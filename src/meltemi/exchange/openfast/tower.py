@@ -13,7 +13,7 @@ from meltemi.exchange.openfast.text import Float, InputFile, KeywordLine, number
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.pile import pile_foundation
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 from meltemi.turbine.definition import Foundation
 
 STEEL_SPEED = math.sqrt(210e9 / 8500.0)
@@ -29,14 +29,13 @@ SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
 """Directions in the names of SubDyn's springs: Kxx, Kxty and so on."""
 
 
-def read_tower(file: InputFile, values: Values, notes: list[ImportNote]) -> dict[str, Any]:
+def read_tower(file: InputFile, values: Values, notes: Notes) -> dict[str, Any]:
     """Read the ElastoDyn tower, except its diameter.
 
     Raises:
       InputError: the file is not valid; the message has file and line.
     """
-    v = Values(notes)
-    v.read(file)
+    v = Values(notes, file)
     entry = file.require(["NTwInpSt"], "number of stations")
     wanted = {
         "position": "HtFract",
@@ -89,7 +88,7 @@ def _coefficient(file: InputFile, entry: KeywordLine) -> float:
     return value
 
 
-def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: list[ImportNote]) -> None:
+def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: Notes) -> None:
     """Add tower diameter and drag from the AeroDyn file, or estimate the diameter from stiffness over mass.
 
     Raises:
@@ -105,24 +104,16 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
         drag = tower["drag_coefficient"] = float(np.mean(table["drag"]))
         if np.ptp(table["drag"]) > 1e-9:
             why = f"the mean, {drag:.3g}, everywhere"
-            notes.append(ImportNote("approximated", f"{aero.path.name}:{entry.line}", "TwrCd", why))
-        notes.append(
-            ImportNote(
-                "used", f"{aero.path.name}:{entry.line}", f"tower, {count} stations", "tower.diameter, interpolated"
-            )
-        )
+            notes.add("approximated", f"{aero.path.name}:{entry.line}", "TwrCd", why)
+        notes.add("used", f"{aero.path.name}:{entry.line}", f"tower, {count} stations", "tower.diameter, interpolated")
         return
     # a thin tube has EI / m = (E / rho) d^2 / 8
-    ratio = tower["fore_aft_stiffness"] / tower["mass"]
-    tower["diameter"] = np.sqrt(8.0 * ratio) / STEEL_SPEED
-    notes.append(
-        ImportNote(
-            "approximated", aero.path.name, "tower without diameters", "steel tube with the stiffness over mass given"
-        )
-    )
+    tower["diameter"] = np.sqrt(8.0 * (tower["fore_aft_stiffness"] / tower["mass"])) / STEEL_SPEED
+    why = "steel tube with the stiffness over mass given"
+    notes.add("approximated", aero.path.name, "tower without diameters", why)
 
 
-def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
+def _stations(file: InputFile, notes: Notes) -> dict[str, Float]:
     """Height [m] and section of an upright pile at both ends of each member, from bottom to top: z, d, t, E, G,
     density.
 
@@ -167,21 +158,18 @@ def _stations(file: InputFile, notes: list[ImportNote]) -> dict[str, Float]:
     return {"z": np.array([s[0] for s in stations])} | stations_by_name
 
 
-def _subdyn(
-    file: InputFile, count: str, layout: str, wanted: dict[str, str], notes: list[ImportNote]
-) -> dict[str, Float]:
+def _subdyn(file: InputFile, count: str, layout: str, wanted: dict[str, str], notes: Notes) -> dict[str, Float]:
     return file.placed(file.require([count, f"{count}Cyl"], "a number of lines"), layout, wanted, notes)
 
 
-def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
+def read_pile(file: InputFile, notes: Notes) -> Foundation:
     """Read an upright pile of SubDyn as equivalent springs at the tower base.
 
     Raises:
       UnsupportedError: the structure is not one upright pile that is clamped at its foot.
       InputError: the file is not valid; the message has file and line.
     """
-    v = Values(notes)
-    v.read(file)
+    v = Values(notes, file)
     _note_pile_ends(v)
     v.differs("ignored", 0, guyan_damping="springs have no damping", lumped_masses="see foundation.mass")
     v.unneeded("of GuyanDampMod 1", "rayleigh")
@@ -199,7 +187,7 @@ def read_pile(file: InputFile, notes: list[ImportNote]) -> Foundation:
         at["density"] * area,
         source=f"{name}: pile from {z[0]:g} to {z[-1]:g} m, clamped at its foot",
     )
-    notes.append(ImportNote("approximated", name, f"pile of {len(z) // 2} members", "springs and a mass at its top"))
+    notes.add("approximated", name, f"pile of {len(z) // 2} members", "springs and a mass at its top")
     return pile
 
 
@@ -212,7 +200,7 @@ def _note_pile_ends(v: Values) -> None:
         v.note("equivalent" if v[target] == 1 else "approximated", target, why)
 
 
-def read_support(file: InputFile, v: Values, water: DeckWater, notes: list[ImportNote]) -> dict[str, Any]:
+def read_support(file: InputFile, v: Values, water: DeckWater, notes: Notes) -> dict[str, Any]:
     """Read an upright pile of SubDyn that stands in the water of HydroDyn, as keys of ``Support``.
 
     An additional key is ``rayleigh``: factors [1/s] of mass and [s] of stiffness, instead of a damping ratio.
@@ -221,8 +209,7 @@ def read_support(file: InputFile, v: Values, water: DeckWater, notes: list[Impor
       UnsupportedError: the structure is not one upright pile of one material, or its water is not modelled.
       InputError: the file is not valid; the message has file and line.
     """
-    subdyn = Values(notes)
-    subdyn.read(file)
+    subdyn = Values(notes, file)
     _note_pile_ends(subdyn)
     at = _stations(file, notes)
     for name, what in (("E", "YoungE"), ("G", "ShearG"), ("density", "MatDens")):
@@ -276,7 +263,7 @@ def read_support(file: InputFile, v: Values, water: DeckWater, notes: list[Impor
     return support | water.hydrodynamics(z[keep])
 
 
-def read_substructure(main: InputFile, values: Values, water: DeckWater, notes: list[ImportNote]) -> dict[str, Any]:
+def read_substructure(main: InputFile, values: Values, water: DeckWater, notes: Notes) -> dict[str, Any]:
     """Read the substructure from SubDyn: ``support`` in water, otherwise ``foundation``."""
     path = values.file(main, "sub")
     if path is None:
@@ -294,9 +281,9 @@ def read_substructure(main: InputFile, values: Values, water: DeckWater, notes: 
     if springs is None:
         if row and fixed < 6:
             why = "the foot of the pile is clamped; springs of an SSI file need all six directions free"
-            notes.append(ImportNote("warning", f"{file.path.name}:{line}", f"{fixed} of 6 directions are fixed", why))
+            notes.add("warning", f"{file.path.name}:{line}", f"{fixed} of 6 directions are fixed", why)
         return content
-    notes.append(ImportNote("used", springs.name, "springs and mass under the pile", "foundation"))
+    notes.add("used", springs.name, "springs and mass under the pile", "foundation")
     return content | {"foundation": _springs(read_input(springs, "SSI"))}
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.keywords import ROWS, UNITS, KeywordRow, row_of
 from meltemi.exchange.openfast.text import InputFile, KeywordLine, flag, number
-from meltemi.exchange.report import ImportNote, Kind
+from meltemi.exchange.report import Kind, Notes
 
 EXPECTED = {
     "int": "a whole number",
@@ -28,12 +28,14 @@ class Values:
     ``values["name"]`` is None where the deck says "default" or has no value.
     """
 
-    def __init__(self, notes: list[ImportNote]) -> None:
+    def __init__(self, notes: Notes, *files: InputFile) -> None:
         self.notes = notes
         self.data: dict[str, Any] = {}
         self.source: dict[str, str] = {}
         self._shown: dict[str, str] = {}
         self._line: dict[str, int] = {}
+        for file in files:
+            self.read(file)
 
     def __getitem__(self, target: str) -> Any:
         return self.data.get(target)
@@ -48,7 +50,7 @@ class Values:
         where, name = self.source.get(target, " ").split(" ", 1)
         self.notes[:] = [n for n in self.notes if not (n.where == where and n.what.startswith(f"{name} ="))]
         shown = what if what is not None else f"{name} = {self._shown.get(target, '')}"
-        self.notes.append(ImportNote(kind, where, shown, why))
+        self.notes.add(kind, where, shown, why)
 
     def read(self, file: InputFile) -> InputFile:
         """Add the values of a file, with a note on every keyword.
@@ -72,13 +74,11 @@ class Values:
             self.source[row.target] = f"{file.place(entry.line)} {entry.name}"
             self._shown[row.target] = shown = " ".join(entry.values)[:60] + (f" {row.unit}" if row.unit else "")
             if value is None:
-                self.notes.append(
-                    ImportNote("equivalent", file.place(entry.line), f"{entry.name} = {shown}", "the default")
-                )
+                self.notes.add("equivalent", file.place(entry.line), f"{entry.name} = {shown}", "the default")
             else:
                 why = row.target if not row.remark else f"{row.target}: {row.remark}"
                 kind: Kind = "equivalent" if self._is_equivalent(file, entry, row) else "used"
-                self.notes.append(ImportNote(kind, file.place(entry.line), f"{entry.name} = {shown}", why))
+                self.notes.add(kind, file.place(entry.line), f"{entry.name} = {shown}", why)
         for entries in file.entries.values():
             for entry in entries:
                 if entry.line in used_lines:
@@ -90,7 +90,7 @@ class Values:
                 kind = "not needed" if not known.same else "ignored"
                 if self._is_equivalent(file, entry, known):
                     kind = "equivalent"
-                self.notes.append(ImportNote(kind, file.place(entry.line), what, known.remark))
+                self.notes.add(kind, file.place(entry.line), what, known.remark)
         return file
 
     def _is_equivalent(self, file: InputFile, entry: KeywordLine, row: KeywordRow) -> bool:

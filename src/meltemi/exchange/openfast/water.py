@@ -26,7 +26,7 @@ from meltemi.exchange.openfast.members import (
 )
 from meltemi.exchange.openfast.text import Float, InputFile, number, read_input, split
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 STRETCHINGS = ("none", "vertical", "extrapolation", "wheeler")
 IRREGULAR = (
@@ -54,7 +54,7 @@ class DeckWater:
       notes: notes of the import.
     """
 
-    def __init__(self, main: InputFile, values: Values, notes: list[ImportNote]) -> None:
+    def __init__(self, main: InputFile, values: Values, notes: Notes) -> None:
         self.notes, self.v, self.file = notes, Values(notes), None
         path = values.file(main, "hydro_file") if values.given("comp_hydro", 0) else None
         sea = values.file(main, "sea_file") if values.given("comp_sea", 0) else None
@@ -92,12 +92,10 @@ class DeckWater:
             sea["amplitudes"] = "gaussian" if v.given("gaussian", True) else "random phase"
             v.note("approximated", "seed", "a sea of the same spectrum, from other random numbers")
             if v.given("spread", 0):
-                sea["spreading"] = {"exponent": v.given("spread_exponent", 1.0), "width": v["spread_range"]}
-                sea["spreading"]["directions"] = (
-                    int(v.given("spread_directions", 25)) | 1
-                )  # OpenFAST uses an odd number
-                if sea["spreading"]["directions"] == 1 or not v["spread_range"]:
-                    del sea["spreading"]
+                directions = int(v.given("spread_directions", 25)) | 1  # OpenFAST uses an odd number
+                if directions > 1 and v["spread_range"]:
+                    spreading = {"exponent": v.given("spread_exponent", 1.0), "width": v["spread_range"]}
+                    sea["spreading"] = spreading | {"directions": directions}
             if (crest := v.given("crest", 0)) in (1, 2):
                 height = v["crest_height"] * (0.5 if crest == 1 else 1.0)
                 of = "crest" if crest == 1 else "crest to trough"
@@ -187,7 +185,7 @@ class DeckWater:
             raise InputError(f"{self.file.at(entry.line)}: {name}: expected six lines of six numbers (one body)")
         matrix, where = np.array(rows, dtype=np.float64), f"{self.file.path.name}:{entry.line}"
         self.notes[:] = [note for note in self.notes if note.where != where]
-        self.notes.append(ImportNote("used" if matrix.any() else "equivalent", where, f"{name}, 6 x 6", "platform"))
+        self.notes.add("used" if matrix.any() else "equivalent", where, f"{name}, 6 x 6", "platform")
         return matrix if matrix.any() else None
 
     def table(self, count: str, layout: str, wanted: dict[str, str]) -> dict[str, Float]:

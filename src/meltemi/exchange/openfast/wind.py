@@ -10,17 +10,16 @@ from meltemi.core.errors import InputError
 from meltemi.exchange.boxes import Profile, box_case
 from meltemi.exchange.openfast.text import InputFile
 from meltemi.exchange.openfast.values import Values
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 
-def read_inflow(file: InputFile, hub_height: float, notes: list[ImportNote]) -> dict[str, Any] | None:
+def read_inflow(file: InputFile, hub_height: float, notes: Notes) -> dict[str, Any] | None:
     """The ``wind`` of a case file, with absolute paths; None for unsupported kinds of wind.
 
     Raises:
       InputError: the file is not valid; the message has file, line and keyword.
     """
-    v = Values(notes)
-    v.read(file)
+    v = Values(notes, file)
     steady = ("upflow", "speed", "reference_height", "shear_exponent")
     files = {1: "", 2: "uniform_file", 3: "turbsim_file", 4: "bladed_file"}
     unread = [name for name in files.values() if name and name != files.get(v["wind_type"])]
@@ -91,11 +90,10 @@ def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
     if profile is None:
         raise InputError(f"{file.path}: WindProfile is {v['box_profile']}, expected -1, 0, 1 or 2")
     value = {"power": v.given("box_exponent", 0.0), "log": v.given("box_roughness", 0.0)}.get(profile, 0.0)
-    v.unneeded(
-        "of another WindProfile",
-        *[f"box_{n}" for n, p in (("exponent", "power"), ("roughness", "log")) if p != profile],
-    )
-    if not (v["box_height"] > 0.0 and v["box_speed"] > 0.0) or (profile == "log" and not 0.0 < value < v["box_height"]):
+    others = [f"box_{name}" for name, kind in (("exponent", "power"), ("roughness", "log")) if kind != profile]
+    v.unneeded("of another WindProfile", *others)
+    speed, height = v["box_speed"], v["box_height"]
+    if not (height > 0.0 and speed > 0.0) or (profile == "log" and not 0.0 < value < height):
         raise InputError(f"{file.path}: RefHt_Hawc and URef must be positive, and Z0 of WindProfile 1 below RefHt_Hawc")
     if "box_offset" in v.source:
         v.note("approximated" if v["box_offset"] else "equivalent", "box_offset", "plane 0 is at the tower at time 0")
@@ -105,16 +103,7 @@ def _box(file: InputFile, v: Values) -> dict[str, Any] | None:
         files = [one for one in components if one is not None]
         if len(files) < 3:
             raise InputError("a file is not given")
-        wind = box_case(
-            files,
-            points,
-            steps,
-            speed=v["box_speed"],
-            height=v["box_height"],
-            front="first",
-            profile=profile,
-            value=value,
-        )
+        wind = box_case(files, points, steps, speed=speed, height=height, front="first", profile=profile, value=value)
     except InputError as error:
         v.note("ignored", "box_u", f"specify a wind file for the run: {error}")
         return None

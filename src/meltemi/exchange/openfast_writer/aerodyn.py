@@ -8,7 +8,7 @@ import numpy as np
 
 from meltemi.aero.stall_tables import zero_lift_angle
 from meltemi.exchange.openfast.airfoils import has_lift
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, ExportModel, Notes, Texts
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, DeckNotes, ExportModel, Texts
 from meltemi.exchange.openfast_writer.template import fill, table
 from meltemi.simulation.options import BEDDOES, StallConstants
 from meltemi.turbine.definition import Airfoil, Blade
@@ -23,7 +23,7 @@ NEAR = 1e-7
 """[rad] difference below which OpenFAST treats two angles of a polar as equal, and stops."""
 
 
-def aerodyn(deck: ExportModel, notes: Notes) -> Texts:
+def aerodyn(deck: ExportModel, notes: DeckNotes) -> Texts:
     """Texts of the AeroDyn file, its blade file, and a file for each airfoil."""
     t, o = deck.turbine, deck.options
     names = list(dict.fromkeys(t.blade.aerodynamics.airfoil))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, ExportModel, Notes, Texts
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, DeckNotes, ExportModel, Texts
 from meltemi.exchange.openfast_writer.sections import damping_times, matrices
 from meltemi.exchange.openfast_writer.template import columns, fill, table
 
 
-def beamdyn_files(deck: ExportModel, notes: Notes) -> Texts:
+def beamdyn_files(deck: ExportModel, notes: DeckNotes) -> Texts:
     """Texts of the BeamDyn file and its blade file."""
     s = deck.turbine.blade.structure
     K, M = matrices(s, notes.changed)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 from meltemi.simulation.bladed.build import blade_modes
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.rotors import build
-from meltemi.structure.members import Member, blade_member
+from meltemi.structure.members import ModalMember, blade_member
 from meltemi.turbine.definition import Turbine
 
 Texts = dict[str, str]
@@ -33,20 +33,20 @@ OUTPUTS = {
 """Output channels; meltemi's catalogue contains them under these names."""
 
 
-@dataclass(frozen=True)
-class Notes:
-    """Notes on features that a deck lacks or approximates, in the order of its files."""
+class DeckNotes(Notes):
+    """Notes on features of a turbine, by its name, that a deck lacks or approximates."""
 
-    turbine: str
-    entries: list[ImportNote] = field(default_factory=list)
+    def __init__(self, turbine: str) -> None:
+        super().__init__()
+        self.turbine = turbine
 
     def lost(self, what: str, why: str) -> None:
         """Note a feature that the deck lacks."""
-        self.entries.append(ImportNote("ignored", self.turbine, what, why))
+        self.add("ignored", self.turbine, what, why)
 
     def changed(self, what: str, why: str) -> None:
         """Note a feature that the deck approximates."""
-        self.entries.append(ImportNote("approximated", self.turbine, what, why))
+        self.add("approximated", self.turbine, what, why)
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class ExportModel:
     environment: Environment
     modes: dict[str, int]
     model: BladedModel
-    member: Member
+    member: ModalMember
 
     @property
     def name(self) -> str:
@@ -95,7 +95,7 @@ def deck_of(turbine: Turbine, options: ModelOptions, environment: Environment) -
     return ExportModel(turbine, options, environment, blade_modes(turbine, options), model, member)
 
 
-def limits(deck: ExportModel, notes: Notes) -> None:
+def limits(deck: ExportModel, notes: DeckNotes) -> None:
     """Note features of the turbine that no file of a deck can represent."""
     t, o, air = deck.turbine, deck.options, deck.environment.air
     weather = air and any(isinstance(q, TimeSeries) for q in (air.temperature, air.humidity, air.pressure))

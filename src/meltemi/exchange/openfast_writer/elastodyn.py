@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, ExportModel, Notes, Texts, turn
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, DeckNotes, ExportModel, Texts, turn
 from meltemi.exchange.openfast_writer.sections import classical, damping_ratios
 from meltemi.exchange.openfast_writer.shapes import Shape, blade_shapes, tower_shapes
 from meltemi.exchange.openfast_writer.template import fill, table
@@ -18,7 +18,7 @@ AT_SEA = "PtfmSurge PtfmSway PtfmHeave PtfmRoll PtfmPitch PtfmYaw".split()
 
 
 def elastodyn(
-    deck: ExportModel, notes: Notes, rotor_speed: float, pitch: float, azimuth: float, *, beamdyn: bool
+    deck: ExportModel, notes: DeckNotes, rotor_speed: float, pitch: float, azimuth: float, *, beamdyn: bool
 ) -> Texts:
     """Texts of the ElastoDyn file and its blade and tower files.
 
@@ -92,7 +92,7 @@ def _base(deck: ExportModel) -> dict[str, object]:
     return values | dict(zip(names, numbers, strict=True)) | {"PtfmMass": mass, "PtfmRefzt": lever}
 
 
-def _blade(deck: ExportModel, notes: Notes, beamdyn: bool) -> str:
+def _blade(deck: ExportModel, notes: DeckNotes, beamdyn: bool) -> str:
     whole = deck.turbine.blade.structure
     ratios = damping_ratios(whole.damping or whole.damping_time, deck.member)
     blade = classical(whole, ratios, (lambda what, why: None) if beamdyn else notes.lost)
@@ -115,7 +115,7 @@ def _blade(deck: ExportModel, notes: Notes, beamdyn: bool) -> str:
     return fill("ElastoDyn blade", deck.title, values, {"stations": stations})
 
 
-def _tower(deck: ExportModel, notes: Notes) -> str:
+def _tower(deck: ExportModel, notes: DeckNotes) -> str:
     tower = deck.turbine.tower
     if tower.mode_shapes is None:
         model = deck.model
@@ -137,7 +137,7 @@ def _tower(deck: ExportModel, notes: Notes) -> str:
     return fill("ElastoDyn tower", deck.title, values, {"stations": stations})
 
 
-def _note_shapes(deck: ExportModel, notes: Notes, member: str, shapes: Mapping[str, list[Shape]]) -> None:
+def _note_shapes(deck: ExportModel, notes: DeckNotes, member: str, shapes: Mapping[str, list[Shape]]) -> None:
     """Note the deviation of the polynomials' frequencies from those of the natural modes."""
     natural = deck.model.rotor.blade if member == "blade" else deck.model.rotor.tower
     for kind, fitted in shapes.items():

@@ -6,12 +6,12 @@ import math
 from pathlib import Path
 
 from meltemi.core.errors import InputError
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, ExportModel, Notes, Texts, turn
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, DeckNotes, ExportModel, Texts, turn
 from meltemi.exchange.openfast_writer.template import fill
 from meltemi.wind.fields import SteadyWind
 
 
-def inflow(deck: ExportModel, notes: Notes, wind: SteadyWind | str | Path, direction: float) -> Texts:
+def inflow(deck: ExportModel, notes: DeckNotes, wind: SteadyWind | str | Path, direction: float) -> Texts:
     """Text of the InflowWind file: steady wind, or a wind file.
 
     Args:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.structure.beam import section_mass
-from meltemi.structure.members import Member
+from meltemi.structure.members import ModalMember
 from meltemi.turbine.definition import BladeStructure, Damping, DampingTime
 
 Float = NDArray[np.float64]
@@ -52,7 +52,7 @@ def classical(blade: BladeStructure, ratios: Damping, lost: Report) -> BladeStru
 def principal(stiffness: Float) -> tuple[Float, Float, Float]:
     """Principal flapwise and edgewise stiffness [N m^2] of 6 x 6 sections, and rotation of their axes to feather [rad].
 
-    From the compliance in bending about x and y, as in ``simulation.portrait.principal_stiffness``.
+    From the compliance in bending about x and y, as in ``reports.turbine_overview.principal_stiffness``.
     """
     C = np.linalg.inv(stiffness)[:, 3:5, 3:5]
     # flapwise bending is about y; a rotation to feather is a negative angle about z
@@ -86,7 +86,7 @@ def matrices(blade: BladeStructure, lost: Report) -> tuple[Float, Float]:
     return K, section_mass(blade.mass, np.stack([x, y, zero], 1), np.stack([edge, flap, edge + flap], 1))
 
 
-def damping_ratios(damping: Damping | DampingTime | None, member: Member) -> Damping:
+def damping_ratios(damping: Damping | DampingTime | None, member: ModalMember) -> Damping:
     """Damping ratios of the first modes; w mu / 2 for stiffness-proportional damping."""
     if isinstance(damping, DampingTime):
         first = dict(zip(member.names, member.modes.frequency_alone.tolist(), strict=True))
@@ -94,7 +94,7 @@ def damping_ratios(damping: Damping | DampingTime | None, member: Member) -> Dam
     return damping or Damping()
 
 
-def damping_times(damping: Damping | DampingTime | None, member: Member) -> tuple[float, float, float]:
+def damping_times(damping: Damping | DampingTime | None, member: ModalMember) -> tuple[float, float, float]:
     """[s] damping times of flap, edge and torsion; 2 zeta / w of the first modes for damping ratios."""
     if isinstance(damping, DampingTime):
         return damping.flap, damping.edge, damping.torsion

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, ExportModel, Notes, Texts, turn
+from meltemi.exchange.openfast_writer.deck import DEGREES, OUTPUTS, RPM, DeckNotes, ExportModel, Texts, turn
 from meltemi.exchange.openfast_writer.template import fill, table
 
 ROUNDING = 1e-6
@@ -13,7 +13,7 @@ ROUNDING = 1e-6
 
 
 def servo(
-    deck: ExportModel, notes: Notes, fixed_pitch: float, library: str | Path | None, settings: str | Path
+    deck: ExportModel, notes: DeckNotes, fixed_pitch: float, library: str | Path | None, settings: str | Path
 ) -> Texts:
     """Text of the ServoDyn file: a controller library, or a fixed pitch [rad] and the torque of the simple law."""
     t = deck.turbine

@@ -12,7 +12,7 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.environment.site import Environment
 from meltemi.exchange.openfast_writer.aerodyn import aerodyn
 from meltemi.exchange.openfast_writer.beamdyn import beamdyn_files
-from meltemi.exchange.openfast_writer.deck import ExportModel, Notes, Texts, deck_of, limits
+from meltemi.exchange.openfast_writer.deck import DeckNotes, ExportModel, Texts, deck_of, limits
 from meltemi.exchange.openfast_writer.elastodyn import elastodyn
 from meltemi.exchange.openfast_writer.inflow import inflow
 from meltemi.exchange.openfast_writer.main import STEPS, main_file, time_step_of
@@ -95,7 +95,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
         raise UnsupportedError(f"{turbine.name}: a deck has blades of one kind; take the imbalance off: imbalance=None")
     if beamdyn and not turbine.blade.structure.twists:
         raise UnsupportedError(f"{turbine.name}: BeamDyn needs blade.structure.torsion_stiffness, or 6 x 6 matrices")
-    deck, notes = deck_of(turbine, options or ModelOptions(), environment or Environment()), Notes(turbine.name)
+    deck, notes = deck_of(turbine, options or ModelOptions(), environment or Environment()), DeckNotes(turbine.name)
     limits(deck, notes)
     rated = turbine.rated_rotor_speed
     start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
@@ -111,7 +111,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     texts |= aerodyn(deck, notes)
     texts |= inflow(deck, notes, SteadyWind(speed=12.0) if wind is None else wind, direction)
     texts |= servo(deck, notes, start[1], library, settings)
-    return ExportedDeck(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(notes.entries))
+    return ExportedDeck(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(notes))
 
 
 def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
@@ -127,7 +127,7 @@ def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
     return files
 
 
-def _water(deck: ExportModel, notes: Notes, sea: Sea, duration: float) -> Texts:
+def _water(deck: ExportModel, notes: DeckNotes, sea: Sea, duration: float) -> Texts:
     """Files of the sea and of the support structure; the module is imported only for offshore turbines."""
     from meltemi.exchange.openfast_writer import water
     from meltemi.sea.pile_beam import first_frequency

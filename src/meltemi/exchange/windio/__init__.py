@@ -15,14 +15,7 @@ from meltemi.exchange.report import ImportedTurbine
 from meltemi.exchange.windio.blade import read_blade
 from meltemi.exchange.windio.control import GAINS, read_control, rotor_inertia
 from meltemi.exchange.windio.defaults import supply
-from meltemi.exchange.windio.machine import (
-    given,
-    read_actuator,
-    read_drivetrain,
-    read_hub,
-    read_nacelle,
-    read_yaw,
-)
+from meltemi.exchange.windio.machine import given, read_actuator, read_drivetrain, read_hub, read_nacelle, read_yaw
 from meltemi.exchange.windio.tower import read_pile, read_tower
 from meltemi.exchange.windio.tree import Tree, load
 from meltemi.turbine.definition import Turbine
@@ -30,28 +23,9 @@ from meltemi.turbine.definition import Turbine
 Extra = Mapping[str, Any] | str | Path | None
 
 
-def read_windio(
-    path: str | Path,
-    extra: Extra = None,
-    *,
-    foundation: Literal["clamped", "pile"] = "clamped",
-    mudline: float | None = None,
-    reynolds: float | None = None,
-) -> Turbine:
-    """A turbine from a windIO 2 file.
-
-    Args:
-      path: the YAML file, of windIO 2.0 or 2.1.
-      extra: supplementary or replacing data: a YAML file with keys as in a turbine file, or a dictionary of the same
-        or of key paths, ``{"yaw.stiffness": 6e9}``. It takes precedence over the file.
-      foundation: the tower is clamped at its base, or stands on the file's monopile.
-      mudline: [m] height, negative under water, where the monopile is clamped.
-      reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is used; by default the highest.
-
-    Raises:
-      InputError: the file is no windIO 2 turbine, or data are invalid or missing; all missing data are listed.
-    """
-    return import_windio(path, extra, foundation=foundation, mudline=mudline, reynolds=reynolds).turbine
+def read_windio(path: str | Path, extra: Extra = None, **how: Any) -> Turbine:
+    """Read the turbine of a windIO 2 file; see :func:`import_windio` for arguments and errors."""
+    return import_windio(path, extra, **how).turbine
 
 
 @np.errstate(all="ignore")  # the record reports values that are not finite by their name
@@ -63,10 +37,18 @@ def import_windio(
     mudline: float | None = None,
     reynolds: float | None = None,
 ) -> ImportedTurbine:
-    """Read a windIO file as :func:`read_windio` does, with notes on data used, approximated and ignored.
+    """Read a windIO 2 file, with notes on data used, approximated and ignored.
+
+    Args:
+      path: the YAML file, of windIO 2.0 or 2.1.
+      extra: supplementary or replacing data: a YAML file with keys as in a turbine file, or a dictionary of the same
+        or of key paths, ``{"yaw.stiffness": 6e9}``. It takes precedence over the file.
+      foundation: the tower is clamped at its base, or stands on the file's monopile.
+      mudline: [m] height, negative under water, where the monopile is clamped.
+      reynolds: where an airfoil has polars of several Reynolds numbers, the nearest is used; by default the highest.
 
     Raises:
-      InputError: as :func:`read_windio`.
+      InputError: the file is no windIO 2 turbine, or data are invalid or missing; all missing data are listed.
     """
     if foundation not in ("clamped", "pile"):
         raise InputError(f"read_windio: foundation must be 'clamped' or 'pile', found {foundation!r}")
@@ -107,7 +89,7 @@ def _note_given(tree: Tree, more: Mapping[str, Any]) -> None:
     """Add notes on supplementary data, which take precedence over the file."""
     keys = list(_paths(more))
     replaced = [note for note in tree.notes if SUPPLIED.get(note.what) in keys]
-    tree.notes = [note for note in tree.notes if note not in replaced]
+    tree.notes[:] = [note for note in tree.notes if note not in replaced]
     for note in replaced:
         if tree.get(note.where) is not None:
             tree.note("ignored", note.where, note.what, f"{SUPPLIED[note.what]} is given beside the file")

@@ -87,9 +87,8 @@ def read_drivetrain(tree: Tree) -> dict[str, Any]:
     gearbox = f"{DRIVE}.gearbox.elastic_properties"
     if tree.get(f"{DRIVE}.generator.rpm_efficiency") is not None:
         efficiency = float(tree.curve(f"{DRIVE}.generator.rpm_efficiency")[1][-1])
-        tree.note(
-            "approximated", f"{DRIVE}.generator.rpm_efficiency", "efficiency", "that of the highest speed at all speeds"
-        )
+        why = "that of the highest speed at all speeds"
+        tree.note("approximated", f"{DRIVE}.generator.rpm_efficiency", "efficiency", why)
     else:
         efficiency = None
     return given(

@@ -33,12 +33,8 @@ def blended(tree: Tree, shape: str, grid: Float, reynolds: float | None) -> tupl
     masters = _masters(tree, shape, reynolds)
     thickness = _thickness(tree, shape, grid, masters)
     names, airfoils = by_thickness(thickness, masters, tree.source)
-    tree.note(
-        "used",
-        f"{shape}.airfoils",
-        "polars",
-        f"{len(masters)} airfoils, blended by relative thickness at {len(airfoils)}",
-    )
+    why = f"{len(masters)} airfoils, blended by relative thickness at {len(airfoils)}"
+    tree.note("used", f"{shape}.airfoils", "polars", why)
     tree.note("approximated", f"{shape}.airfoils", "dynamic stall", NO_STALL)
     order = sorted({m["thickness"]: m["centre"] for m in masters}.items())
     return names, airfoils, np.interp(thickness, *np.array(order).T)

@@ -146,9 +146,8 @@ def read_tower(tree: Tree) -> dict[str, Any]:
         content["drag_coefficient"] = float(np.mean(tree.curve(f"{part}.outer_shape.cd")[1]))
     mu = f"{elastic}.structural_damping.mu"
     if tree.get(mu) is not None:
-        tree.note(
-            "ignored", mu, "structural damping of the tower", "the format does not say which entry is which strain"
-        )
+        why = "the format does not say which entry is which strain"
+        tree.note("ignored", mu, "structural damping of the tower", why)
     return content
 
 

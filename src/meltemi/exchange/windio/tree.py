@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.yamlfile import parse, read_text
-from meltemi.exchange.report import ImportNote
+from meltemi.exchange.report import Notes
 
 Float = NDArray[np.float64]
 
@@ -44,12 +44,12 @@ class Tree:
     def __init__(self, data: dict[str, Any], where: str) -> None:
         self.data, self.where = data, where
         self.source = Path(where).name
-        self.notes: list[ImportNote] = []
+        self.notes = Notes()
         self.read: dict[str, None] = {}
 
     def note(self, kind: Literal["used", "approximated", "ignored"], where: str, what: str, why: str = "") -> None:
         """Add a note."""
-        self.notes.append(ImportNote(kind, where, what, why))
+        self.notes.add(kind, where, what, why)
 
     def note_used(self) -> None:
         """Add a note on each number or list that was read, unless its path already has one."""

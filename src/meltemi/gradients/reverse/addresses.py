@@ -18,11 +18,11 @@ class Addresses:
 
     Args:
       function: whose addresses they are.
-      results: its instructions by the name of their result.
+      results: the instructions of the function by the name of their result.
 
     Attributes:
       records: classes of the records among its arguments, by number of the argument.
-      bound: where its other arguments lead.
+      bound: roots of the other arguments.
     """
 
     def __init__(self, function: Function, results: Mapping[str, Instruction]) -> None:

@@ -35,9 +35,9 @@ class Module:
 
     Attributes:
       order: names of the functions that are called, after those that they call.
-      parts: what is known of each of them.
+      parts: analysis of each function.
       used: [bytes] memory that the functions use, before the arrays.
-      emitter: of the instructions of all functions.
+      emitter: emitter of the instructions of all functions.
       plain: code of the functions that record nothing, by name.
     """
 
@@ -53,7 +53,7 @@ class Module:
         self.used = HEAD
         self.emitter, self.plain = Emitter(), dict[str, str]()
         self.order: list[str] = []
-        self.parts: dict[str, Part] = {}
+        self.parts: dict[str, FunctionAnalysis] = {}
         self._visit(top)
         self.parts[top].addresses.records = dict(records)
         for name in reversed(self.order):
@@ -64,7 +64,7 @@ class Module:
 
     def _visit(self, name: str) -> None:
         if name not in self.parts:
-            part = self.parts[name] = Part(self, self.functions[name], len(self.parts))
+            part = self.parts[name] = FunctionAnalysis(self, self.functions[name], len(self.parts))
             for call in part.calls:
                 self._visit(call.callee)
             self.order.append(name)
@@ -90,25 +90,25 @@ class Module:
         return root == CONSTANTS
 
 
-class Part:
+class FunctionAnalysis:
     """One function of a module.
 
     Args:
-      module: to which it belongs.
-      function: as it was read.
-      number: of the function in the module.
+      module: module of the function.
+      function: records of its code.
+      number: number of the function in the module.
 
     Attributes:
       results: instructions by the name of their result.
       users: instructions that use a value, by its name.
       homes: labels of the blocks of the instructions.
-      calls: of functions of the module.
+      calls: calls of functions of the module.
       slots: places in the memory of what is on the stack.
       floats: arguments with derivatives.
       result: type of the results of the adjoint: those of ``floats``.
       across: values whose adjoints pass from block to block.
       kept: places of the constants of loops, with their types.
-      unit: [bytes] of its records on the tape.
+      unit: [bytes] unit of its records on the tape.
     """
 
     def __init__(self, module: Module, function: Function, number: int) -> None:
@@ -182,9 +182,9 @@ class Part:
 
     def _changes(self) -> frozenset[str]:
         """Arguments at whose addresses numbers are stored, here or in functions that are called; "" for elsewhere."""
-        here = (self.addresses.bases(each.place.name) for each in self.sequence if _stores(each))
-        there = (self._changed_by(call) for call in self.calls)
-        return frozenset(n for n in frozenset().union(*here, *there) if n in self.kinds or not n)
+        stored = (self.addresses.bases(each.place.name) for each in self.sequence if _stores(each))
+        called = (self._changed_by(call) for call in self.calls)
+        return frozenset(n for n in frozenset().union(*stored, *called) if n in self.kinds or not n)
 
     def _changed_by(self, call: Instruction) -> frozenset[str]:
         callee = self.module.parts[call.callee]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
-from meltemi.gradients.reverse.analysis import AGAIN, ARITHMETIC, Part
+from meltemi.gradients.reverse.analysis import AGAIN, ARITHMETIC, FunctionAnalysis
 from meltemi.gradients.reverse.code import (
     NOTHING,
-    Block,
+    BasicBlock,
     Instruction,
     Operand,
     is_float,
@@ -31,7 +31,7 @@ class Reverse:
       across: values whose adjoints pass from block to block.
     """
 
-    def __init__(self, part: Part, block: Block, again: frozenset[str]) -> None:
+    def __init__(self, part: FunctionAnalysis, block: BasicBlock, again: frozenset[str]) -> None:
         self.part, self.block, self.again = part, block, again
         self.sources = list(dict.fromkeys(block.sources))
         self.switch = len(self.sources) > 1
@@ -100,14 +100,14 @@ class Reverse:
         """The adjoint of a result, complete; None if it is zero."""
         if each.name not in self.part.active:
             return None
-        made = self.sums.pop(each.name, None)
+        total = self.sums.pop(each.name, None)
         if self._local(each):
-            return made
+            return total
         self.across.add(each.name)
         at = f"%a.{each.name[1:]}"
         old = self.e.new(f"load {each.kind}, ptr {at}")
         self.e.do(f"store {each.kind} zeroinitializer, ptr {at}")
-        return old if made is None else self.e.op("fadd", each.kind, old, made)
+        return old if total is None else self.e.op("fadd", each.kind, old, total)
 
     def _local(self, each: Instruction) -> bool:
         label = self.block.label
@@ -296,10 +296,10 @@ class Reverse:
             suffix = f"v{lanes_of(kind)}f64.p0"
             e.declared.add(f"declare {kind} @llvm.masked.load.{suffix}(ptr, {mask.kind}, {kind})")
             e.declared.add(f"declare void @llvm.masked.store.{suffix}({kind}, ptr, {mask.kind})")
-            there, where = f"ptr align 8 {places}", f"{m[0]} {m[1]}"
-            old = e.new(f"call {kind} @llvm.masked.load.{suffix}({there}, {where}, {kind} zeroinitializer)")
+            pointers, where = f"ptr align 8 {places}", f"{m[0]} {m[1]}"
+            old = e.new(f"call {kind} @llvm.masked.load.{suffix}({pointers}, {where}, {kind} zeroinitializer)")
             new = e.op("fadd", kind, old, part)
-            e.do(f"call void @llvm.masked.store.{suffix}({kind} {new}, {there}, {where})")
+            e.do(f"call void @llvm.masked.store.{suffix}({kind} {new}, {pointers}, {where})")
             return
         for i in range(lanes_of(kind)):
             p = e.new(f"extractelement {at.kind} {places}, i64 {i}")
@@ -310,7 +310,7 @@ class Reverse:
                 f"store double {e.op('fadd', 'double', old, e.new(f'extractelement {kind} {part}, i64 {i}'))}, ptr {p}"
             )
 
-    def _adjoint_of_kernel(self, each: Instruction, callee: Part) -> None:
+    def _adjoint_of_kernel(self, each: Instruction, callee: FunctionAnalysis) -> None:
         e = self.e
         passed = ["ptr %base", *(f"{o.kind} {self.value(o.name)}" for o in each.operands if not is_float(o.kind))]
         e.do(f"store ptr {e.new('load ptr, ptr %tape')}, ptr %base")
@@ -329,18 +329,18 @@ class Reverse:
 
     def record(self) -> tuple[list[tuple[str, str, int]], int]:
         """Type, name and place of what the block records, and its size."""
-        found, at = [], 0
+        entries, at = [], 0
         for name, kind in sorted(self.recorded.items(), key=lambda item: -size_of(item[1])[0]):
             size, align = size_of(kind)
             align = min(align, self.part.unit)
             at = -(-at // align) * align
-            found.append((kind, name, at))
+            entries.append((kind, name, at))
             at += size
         if self.switch:
             at = -(-at // 8) * 8
-            found.append(("i64", "from", at))
+            entries.append(("i64", "from", at))
             at += 8
-        return found, -(-at // self.part.unit) * self.part.unit
+        return entries, -(-at // self.part.unit) * self.part.unit
 
     @property
     def recorded(self) -> dict[str, str]:
@@ -349,18 +349,18 @@ class Reverse:
 
     def push(self, n: int) -> list[str]:
         """Code of the forward pass that records."""
-        found, size = self.record()
-        values = [(k, f"%from.{n}" if name == "from" else name, at) for k, name, at in found]
+        entries, size = self.record()
+        values = [(k, f"%from.{n}" if name == "from" else name, at) for k, name, at in entries]
         return pushed(str(n), values, size, self.part.unit)
 
     def lines(self) -> list[str]:
         """Code of the adjoint."""
         part, label = self.part, self.block.label
-        found, size = self.record()
+        entries, size = self.record()
         lines = [f"r.{label}:"]
-        if found:
+        if entries:
             lines += popped(label, size)
-            for kind, name, at in found:
+            for kind, name, at in entries:
                 lines.append(f"  %p.{label}.{at} = getelementptr i8, ptr %tape.{label}, i64 {at}")
                 short = "from" if name == "from" else name[1:]
                 align = min(size_of(kind)[1], part.unit)
@@ -370,12 +370,12 @@ class Reverse:
         lines += self.before + self.body
         if label == next(iter(part.function.blocks)):
             lines += ["  %tape.last = load ptr, ptr %tape", "  store ptr %tape.last, ptr %base"]
-            result, made = part.result, "poison"
+            result, value = part.result, "poison"
             for k, o in enumerate(part.floats):
                 lines.append(f"  %x.{k} = load {o.kind}, ptr %a.{o.name[1:]}")
-                lines.append(f"  %y.{k} = insertvalue {result} {made}, {o.kind} %x.{k}, {k}")
-                made = f"%y.{k}"
-            lines.append(f"  ret {result} {made}" if part.floats else "  ret void")
+                lines.append(f"  %y.{k} = insertvalue {result} {value}, {o.kind} %x.{k}, {k}")
+                value = f"%y.{k}"
+            lines.append(f"  ret {result} {value}" if part.floats else "  ret void")
         elif not self.switch:
             ((source, edge),) = self.edges or ((None, []),)
             lines += edge

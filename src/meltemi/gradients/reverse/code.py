@@ -32,15 +32,15 @@ class Instruction:
     """One instruction.
 
     Attributes:
-      name: of its result, ``%v7``; empty if there is none.
+      name: name of the result, ``%v7``; empty if there is none.
       operation: ``end`` for those that end a block.
       kind: type of the result; that of the stored value for ``store``.
-      code: what follows the name, without metadata.
+      code: text after the name, without metadata.
       operands: values with their types.
-      callee: of a call, ``@name``; empty if its address is computed.
-      sources: of a ``phi``, the predecessor of each operand.
-      element: of ``getelementptr``, the type over which it steps.
-      places: of ``insertvalue``, the indices of the member.
+      callee: callee of a call, ``@name``; empty if its address is computed.
+      sources: for a ``phi``, the predecessor of each operand.
+      element: for ``getelementptr``, the type over which it steps.
+      places: for ``insertvalue``, the indices of the member.
       align: [bytes] that an access to memory states; 0 for none.
       invariant: whether a load is of memory that never changes.
     """
@@ -86,7 +86,7 @@ def printed(code: str, value: Callable[[str], str]) -> str:
 
 
 @dataclass(frozen=True)
-class Block:
+class BasicBlock:
     """Instructions without branches, and the blocks they may come from."""
 
     label: str
@@ -107,14 +107,14 @@ class Function:
     """A function, with values and labels renamed to ``%v1``, ``%v2`` and so on.
 
     Attributes:
-      kernel: its name in Python, for messages.
+      kernel: name of the kernel in Python, for messages.
     """
 
     name: str
     kernel: str
     kind: str
     arguments: tuple[Operand, ...]
-    blocks: dict[str, Block]
+    blocks: dict[str, BasicBlock]
 
 
 def no_rule(text: str, kernel: str) -> MeltemiError:

@@ -26,7 +26,7 @@ from meltemi.core.errors import MeltemiError
 from meltemi.core.files import replacing
 from meltemi.core.private import signed, user_key, verified
 from meltemi.gradients.reverse.memory import Memory
-from meltemi.gradients.reverse.transform import Code, transformed
+from meltemi.gradients.reverse.transform import ModuleCode, transformed
 
 
 class Compiled:
@@ -39,7 +39,7 @@ class Compiled:
       name: for the cache, if all sources of function and records are those of meltemi; otherwise their code tells.
 
     Attributes:
-      used: [bytes] of the memory that the code uses itself.
+      used: [bytes] memory that the code uses itself.
 
     Raises:
       InputError: the function calls something whose derivative is not known.
@@ -92,11 +92,11 @@ class Compiled:
 @cache
 def sources() -> bytes:
     """The source files of this package and of its user, for the key of the cache."""
-    here = Path(__file__).parent
-    return b"".join(path.read_bytes() for path in (here.parent / "adjoint.py", *sorted(here.glob("*.py"))))
+    folder = Path(__file__).parent
+    return b"".join(path.read_bytes() for path in (folder.parent / "adjoint.py", *sorted(folder.glob("*.py"))))
 
 
-def code_of(function: Any, kinds: Sequence[Any]) -> Code:
+def code_of(function: Any, kinds: Sequence[Any]) -> ModuleCode:
     """Optimised LLVM code of a function with all that it calls, with names that no address is part of."""
     linked, name = linked_code(function, kinds)
     text = reverse_code(linked)
@@ -107,7 +107,7 @@ def code_of(function: Any, kinds: Sequence[Any]) -> Code:
 
     text = re.sub(r"^(?:; |!\d+ = |source_filename).*$| +; preds = .*$", "", text, flags=re.MULTILINE)
     text = re.sub(r"(?<![-\w.$])_ZN[-\w.$]+", renamed, text)  # of functions, and of blocks where one was inlined
-    return Code(text, "@" + names[name], {short: _readable(mangled) for mangled, short in names.items()})
+    return ModuleCode(text, "@" + names[name], {short: _readable(mangled) for mangled, short in names.items()})
 
 
 def _readable(mangled: str) -> str:

@@ -10,7 +10,16 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from meltemi.gradients.reverse.code import LOCAL, Block, Function, Instruction, Operand, entry_of, lanes_of, no_rule
+from meltemi.gradients.reverse.code import (
+    LOCAL,
+    BasicBlock,
+    Function,
+    Instruction,
+    Operand,
+    entry_of,
+    lanes_of,
+    no_rule,
+)
 
 _GRAMMAR = """
 fadd fsub fmul fdiv frem                                | operand , same              | first
@@ -63,7 +72,7 @@ class _Row:
 
     @property
     def token(self) -> str:
-        """The next one; empty at the end."""
+        """The next token; empty at the end."""
         return self.tokens[self.at][0] if self.at < len(self.tokens) else ""
 
     def take(self, wanted: str = "") -> str:
@@ -173,7 +182,7 @@ def _function(head: str, lines: list[str], kernels: Mapping[str, str]) -> Functi
     line = head
     try:
         kind, arguments = _head(renamed(head))
-        blocks: dict[str, Block] = {}
+        blocks: dict[str, BasicBlock] = {}
         label, body = "", list[Instruction]()
         for line in _rows(lines):
             if match := _LABEL.match(line):
@@ -204,10 +213,10 @@ def _head(line: str) -> tuple[str, tuple[Operand, ...]]:
     return kind, tuple(arguments)
 
 
-def _block(label: str, rows: list[Instruction]) -> Block:
+def _block(label: str, rows: list[Instruction]) -> BasicBlock:
     end = rows.pop()
     phis, body = (tuple(e for e in rows if (e.operation == "phi") is wanted) for wanted in (True, False))
-    return Block(label, phis, body, end, tuple(re.findall(r"label %(\w+)", end.code)))
+    return BasicBlock(label, phis, body, end, tuple(re.findall(r"label %(\w+)", end.code)))
 
 
 def _rows(lines: list[str]) -> list[str]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from meltemi.gradients.reverse.code import Block
+from meltemi.gradients.reverse.code import BasicBlock
 
 
-def loops_of(blocks: Mapping[str, Block]) -> list[tuple[frozenset[str], tuple[str, ...]]]:
+def loops_of(blocks: Mapping[str, BasicBlock]) -> list[tuple[frozenset[str], tuple[str, ...]]]:
     """Labels of the blocks of each loop, and of those that follow it, the largest loop first.
 
     Loops are left out that lead to a block which may also be reached from elsewhere.
@@ -23,17 +23,17 @@ def loops_of(blocks: Mapping[str, Block]) -> list[tuple[frozenset[str], tuple[st
                     if each not in body:
                         body.add(each)
                         left += blocks[each].sources
-    found = []
+    loops = []
     for body in sorted(rounds.values(), key=len, reverse=True):
         exits = tuple(
             dict.fromkeys(t for label in blocks if label in body for t in blocks[label].targets if t not in body)
         )
         if all(source in body for label in exits for source in blocks[label].sources):
-            found.append((frozenset(body), exits))
-    return found
+            loops.append((frozenset(body), exits))
+    return loops
 
 
-def dominators(blocks: Mapping[str, Block]) -> dict[str, set[str]]:
+def dominators(blocks: Mapping[str, BasicBlock]) -> dict[str, set[str]]:
     """For each block the blocks through which every way from the first one to it leads, itself included."""
     first = next(iter(blocks))
     above = {label: set(blocks) for label in blocks}

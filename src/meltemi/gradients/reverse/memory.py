@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.compiler import Record, members
+from meltemi.compiler import KernelRecord, members
 from meltemi.core.errors import InputError
 from meltemi.gradients.reverse.tape import SHADOW
 
@@ -20,18 +20,18 @@ class Memory:
     """Copies of the arrays of records, with their adjoints.
 
     Args:
-      records: of one run; arrays that they share stay shared. Arrays of single precision remain where they are.
-      used: [bytes] at the beginning, for the compiled code.
+      records: records of one run; arrays that they share stay shared. Arrays of single precision remain where they are.
+      used: [bytes] memory at the beginning, for the compiled code.
 
     Attributes:
       base: address of the block.
-      addresses: of the words of the copies of the records.
+      addresses: addresses of the words of the copies of the records.
 
     Raises:
       InputError: the arrays are too large.
     """
 
-    def __init__(self, records: Sequence[Record], used: int) -> None:
+    def __init__(self, records: Sequence[KernelRecord], used: int) -> None:
         arrays = [a for r in records for a in r.arrays if a.dtype != np.float32 and a.size]
         spans = sorted({(a.ctypes.data, a.ctypes.data + a.nbytes) for a in arrays})
         merged: list[list[int]] = []
@@ -60,7 +60,7 @@ class Memory:
             self.of(array)[...] = array
 
     @staticmethod
-    def numbers(records: Sequence[Record]) -> dict[tuple[str, str], int | None]:
+    def numbers(records: Sequence[KernelRecord]) -> dict[tuple[str, str], int | None]:
         """Number of the array of each member by the names of record and member; None for one without derivatives."""
         classes: list[Any] = [type(record) for record in records]
         pairs = [zip(members(c).items(), r.arrays, strict=True) for c, r in zip(classes, records, strict=True)]
@@ -72,13 +72,13 @@ class Memory:
             if begin >= last:
                 begins.append(begin)
             last = max(last, end)
-        found: dict[tuple[str, str], int | None] = {}
+        numbers: dict[tuple[str, str], int | None] = {}
         order: dict[int, int] = {}
         for record, name, member, array in named:
             at = int(np.searchsorted(begins, array.ctypes.data, side="right"))
             number = order.setdefault(at if array.size else -len(order) - 1, len(order))
-            found[type(record).__name__, name] = None if member.constant else number
-        return found
+            numbers[type(record).__name__, name] = None if member.constant else number
+        return numbers
 
     def of(self, array: Any, *, adjoint: bool = False) -> Any:
         """The copy of an array, or its adjoints."""
@@ -93,7 +93,7 @@ class Memory:
         return int(self.places[k] + address - self.begins[k])
 
     def rewind(self) -> None:
-        """Begin the tape anew."""
+        """Rewind the tape to its beginning."""
         self._end[0] = self.tape
 
     @property
@@ -101,7 +101,7 @@ class Memory:
         """[bytes] on the tape."""
         return int(self._end[0]) - self.tape
 
-    def _moved(self, record: Record) -> Any:
+    def _moved(self, record: KernelRecord) -> Any:
         words, at = record.words.copy(), 0
         cls: Any = type(record)
         for array, member in zip(record.arrays, members(cls).values(), strict=True):

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from meltemi.core.errors import InputError
-from meltemi.gradients.reverse.analysis import Part
+from meltemi.gradients.reverse.analysis import FunctionAnalysis
 from meltemi.gradients.reverse.blocks import Reverse
 from meltemi.gradients.reverse.code import NOTHING, Instruction, is_float, no_rule, size_of
 from meltemi.gradients.reverse.tape import NUMBER, VECTOR, padded, popped, pushed, unpadded
@@ -14,7 +14,7 @@ from meltemi.gradients.reverse.tape import NUMBER, VECTOR, padded, popped, pushe
 _TAPE = ["  %tape = alloca ptr", "  %tape.0 = load ptr, ptr %base", "  store ptr %tape.0, ptr %tape"]
 
 
-def code_of_part(part: Part) -> list[str]:
+def code_of_part(part: FunctionAnalysis) -> list[str]:
     """The recording function, and its adjoint if it has one."""
     part.analyse()
     if not part.touches:
@@ -26,7 +26,7 @@ def code_of_part(part: Part) -> list[str]:
     return [_forward(part, reverse), _backward(part, reverse)]
 
 
-def _reversed_blocks(part: Part) -> dict[str, Reverse]:
+def _reversed_blocks(part: FunctionAnalysis) -> dict[str, Reverse]:
     """The adjoints of the blocks: a first round shows what each of them needs, so that less is recorded."""
     blocks = part.function.blocks
     first = {label: Reverse(part, block, frozenset()).emit() for label, block in blocks.items()}
@@ -43,18 +43,18 @@ def _reversed_blocks(part: Part) -> dict[str, Reverse]:
     return reverse
 
 
-def _slots(part: Part) -> list[str]:
+def _slots(part: FunctionAnalysis) -> list[str]:
     return [f"  {name} = getelementptr i8, ptr %base, i64 {at}" for name, at in part.slots.items()]
 
 
-def _head(part: Part, name: str, *begin: str) -> list[str]:
+def _head(part: FunctionAnalysis, name: str, *begin: str) -> list[str]:
     """Begin of a function with the arguments and blocks of the original."""
     arguments = ", ".join(["ptr %base", *(f"{o.kind} {o.name}" for o in part.function.arguments)])
     head = f"define internal {part.function.kind} {name}({arguments}) noinline {{"
     return [head, "start:", *begin, *_slots(part), f"  br label %{next(iter(part.function.blocks))}"]
 
 
-def _plain(part: Part) -> str:
+def _plain(part: FunctionAnalysis) -> str:
     """Name of the function that records nothing, whose code is generated with its first use."""
     if part.plain not in part.module.plain:
         part.module.plain[part.plain] = ""
@@ -67,7 +67,7 @@ def _plain(part: Part) -> str:
     return part.plain
 
 
-def _forward(part: Part, reverse: Mapping[str, Reverse]) -> str:
+def _forward(part: FunctionAnalysis, reverse: Mapping[str, Reverse]) -> str:
     lines = _head(part, part.forward, *_TAPE)
     for n, (label, block) in enumerate(part.function.blocks.items()):
         lines += [f"{label}:", *(f"  {phi.text}" for phi in block.phis)]
@@ -89,7 +89,7 @@ def _forward(part: Part, reverse: Mapping[str, Reverse]) -> str:
     return "\n".join([*lines, "}", ""])
 
 
-def _repeat(part: Part, each: Instruction, *, recorded: bool) -> list[str]:
+def _repeat(part: FunctionAnalysis, each: Instruction, *, recorded: bool) -> list[str]:
     """An instruction of the original function; of a call, also the hand-over of the tape if it records."""
     if each.name in part.slots or NOTHING.match(each.callee):
         return []
@@ -117,12 +117,12 @@ def _repeat(part: Part, each: Instruction, *, recorded: bool) -> list[str]:
     ]
 
 
-def _check(part: Part, call: Instruction) -> None:
+def _check(part: FunctionAnalysis, call: Instruction) -> None:
     """Check that a function outside the module may be called in a code that is differentiated.
 
     Raises:
-      InputError: it may change memory, for instance because it allocates an array.
-      MeltemiError: its address is computed, so that nothing is known of it.
+      InputError: the function may change memory, for instance because it allocates an array.
+      MeltemiError: the address of the function is computed, so that its code is unknown.
     """
     if not call.callee:
         raise no_rule(call.text, part.function.kernel)
@@ -132,7 +132,7 @@ def _check(part: Part, call: Instruction) -> None:
         raise InputError(f"gradient: the controller {what}, of which there are no derivatives; keep them in its state")
 
 
-def _backward(part: Part, reverse: Mapping[str, Reverse]) -> str:
+def _backward(part: FunctionAnalysis, reverse: Mapping[str, Reverse]) -> str:
     plain = (f"{o.kind} {o.name}" for o in part.function.arguments if not is_float(o.kind))
     arguments = ", ".join(["ptr %base", *plain])
     lines = [f"define internal {part.result} {part.backward}({arguments}) noinline {{", "start:", *_TAPE]

@@ -43,7 +43,7 @@ class Emitter:
         return self.new(f"{name} nsz arcp contract {kind} {x}, {y}")
 
     def neg(self, kind: str, x: str) -> str:
-        """The negative."""
+        """The negative of a value."""
         return self.new(f"fneg nsz arcp contract {kind} {x}")
 
     def guard(self, kind: str, a: str, term: str) -> str:
@@ -53,8 +53,8 @@ class Emitter:
 
     def compare(self, sign: str, kind: str, x: str, y: str) -> tuple[str, str]:
         """Type and value of a comparison."""
-        made = self.new(f"fcmp {sign} {kind} {x}, {y}")
-        return ("i1" if kind == "double" else kind.replace("double", "i1")), made
+        comparison = self.new(f"fcmp {sign} {kind} {x}, {y}")
+        return ("i1" if kind == "double" else kind.replace("double", "i1")), comparison
 
     def choose(self, condition: tuple[str, str], kind: str, x: str, y: str) -> str:
         """``x`` where the condition is true, else ``y``."""
@@ -64,11 +64,13 @@ class Emitter:
         """A function of LLVM or of the C library, of numbers of one type."""
         if name in LIBRARY:
             if kind != "double":
-                made = "poison"
+                vector = "poison"
                 for i in range(int(kind[1:].split(" ")[0])):
                     parts = [self.new(f"extractelement {kind} {each}, i64 {i}") for each in x]
-                    made = self.new(f"insertelement {kind} {made}, double {self.call(name, 'double', *parts)}, i64 {i}")
-                return made
+                    vector = self.new(
+                        f"insertelement {kind} {vector}, double {self.call(name, 'double', *parts)}, i64 {i}"
+                    )
+                return vector
             full = f"@{name}"
         else:
             width = "" if kind == "double" else "v" + kind[1:].split(" ")[0]
@@ -190,8 +192,8 @@ def terms(
     if operation == "fneg":
         return {0: e.neg(kind, a)}
     if operation == "fmul":
-        found = {i: e.op("fmul", kind, a, value(1 - i)) for i in range(2) if active[i]}
-        return {i: e.guard(kind, a, term) if doubtful[1 - i] else term for i, term in found.items()}
+        products = {i: e.op("fmul", kind, a, value(1 - i)) for i in range(2) if active[i]}
+        return {i: e.guard(kind, a, term) if doubtful[1 - i] else term for i, term in products.items()}
     if operation == "fdiv":
         over = e.guard(kind, a, e.op("fdiv", kind, a, value(1)))
         if not active[1]:

@@ -35,12 +35,12 @@ def unpadded() -> list[str]:
     ]
 
 
-def pushed(n: str, found: list[tuple[str, str, int]], size: int, unit: int) -> list[str]:
+def pushed(n: str, entries: list[tuple[str, str, int]], size: int, unit: int) -> list[str]:
     """Code that appends values to the tape: type, name and place of each in a record of a size."""
-    if not found:
+    if not entries:
         return []
     lines = [f"  %tape.at{n} = load ptr, ptr %tape"]
-    for i, (kind, name, at) in enumerate(found):
+    for i, (kind, name, at) in enumerate(entries):
         align = min(size_of(kind)[1], unit)
         lines.append(f"  %tape.{n}.{i} = getelementptr i8, ptr %tape.at{n}, i64 {at}")
         lines.append(f"  store {kind} {name}, ptr %tape.{n}.{i}, align {align}")

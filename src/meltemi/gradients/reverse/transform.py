@@ -46,7 +46,7 @@ done:
 
 
 @dataclass(frozen=True)
-class Code:
+class ModuleCode:
     """LLVM code of a module.
 
     Attributes:
@@ -61,7 +61,7 @@ class Code:
 
 
 def transformed(
-    code: Code,
+    code: ModuleCode,
     records: Mapping[int, Any],
     arrays: Mapping[tuple[str, str], int | None],
     wanted: frozenset[str] | None,
@@ -69,7 +69,7 @@ def transformed(
     """The code of the functions ``forward`` and ``backward``, and [bytes] memory that they use, before the arrays.
 
     Args:
-      code: of the function, with all that it calls.
+      code: code of the function, with all that it calls.
       records: classes of the records among its arguments, by number of the argument.
       arrays: number of the array, in memory, of each member of a record by the names of record and member; members that
         overlap share it; None for one without derivatives.
@@ -77,7 +77,7 @@ def transformed(
 
     Raises:
       MeltemiError: the code has an instruction without a rule.
-      InputError: it calls a function without a derivative.
+      InputError: the code calls a function without a derivative.
     """
     functions, variables = read(code.text, code.kernels)
     module = Module(functions, code.top, records, arrays, wanted)

@@ -13,13 +13,7 @@ import typer
 
 import meltemi
 from meltemi.app.commands import CommandGroup
-from meltemi.app.options import (
-    CONTROLLER,
-    CONTROLLERS,
-    TURBINES,
-    ControllerInputOption,
-    controller_of,
-)
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of
 from meltemi.app.scans import values_of
 from meltemi.app.terminal import (
     OutOption,
@@ -46,9 +40,9 @@ if TYPE_CHECKING:
 BaseArgument = Annotated[Path, "Folder of a load base, as plan writes it."]
 SettingsOption = Annotated[Path | None, "Settings of the evaluation (YAML), such as extrapolation: weibull."]
 REPORTED = 30.0
-"""[s] between lines of progress where there is no terminal."""
+"""Time [s] between lines of progress where there is no terminal."""
 MOST_PROBLEMS = 20
-"""Cases that status lists."""
+"""Largest number of cases that status lists."""
 
 loads = CommandGroup(
     "Load bases: the design load cases of IEC 61400-1 on land, 61400-3-1 and 61400-3-2 at sea, for a turbine."
@@ -91,25 +85,25 @@ class PlanOptions:
     controller_input: ControllerInputOption = None
 
     def given(self, turbine: str) -> dict[str, Any]:
-        """Settings of the campaign of a turbine that are given, angles in radians; the controller may be its own."""
+        """Settings of a campaign from the options, angles in radians; the default controller is that of the turbine."""
         names = "duration transient seeds yaw_error rated_wind cut_in cut_out v_maint extreme_wind years".split()
         names += ["inclination", "idle_pitch"]
-        found: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
-        found |= {name: round(radians(found[name]), 9) for name in names[-2:] if name in found}
+        settings: dict[str, Any] = {name: value for name in names if (value := getattr(self, name)) is not None}
+        settings |= {name: round(radians(settings[name]), 9) for name in names[-2:] if name in settings}
         if self.controller is not None or self.controller_input is not None:
-            found["controller"] = controller_of(self.controller, self.controller_input)
+            settings["controller"] = controller_of(self.controller, self.controller_input)
         else:
             from meltemi.tuning.turbine_controller import turbine_controller
 
-            own, note = turbine_controller(meltemi.load_turbine(turbine), otherwise="supervised")
-            found |= {"controller": own} if own == "rosco" else {}
+            controller, note = turbine_controller(meltemi.load_turbine(turbine), otherwise="supervised")
+            settings |= {"controller": controller} if controller == "rosco" else {}
             if note:
                 say(f"note: {note}")
-        return found | ({"quick": True} if self.quick else {})
+        return settings | ({"quick": True} if self.quick else {})
 
     def campaign(self, turbine: str) -> Campaign:
         """The campaign of a turbine."""
-        from meltemi.loads.loadbase.changes import read_changes
+        from meltemi.loads.loadbase.excel import read_changes
         from meltemi.loads.loadbase.table import AT_SEA
 
         at_sea = self.standard in AT_SEA
@@ -134,12 +128,12 @@ class PlanOptions:
             if self.neighbours is not None:
                 raise InputError("--neighbours needs --site: the ambient turbulence that their wakes add to")
             return self.wind_class, {}
-        found = read_site(cast("Path", self.site), self.site_turbine)
+        site = read_site(cast("Path", self.site), self.site_turbine)
         if self.neighbours is not None:
-            slope = found.slope if self.slope is None else self.slope
-            found = found.replace(neighbours=tuple(values_of(self.neighbours, "--neighbours")), slope=slope)
+            slope = site.slope if self.slope is None else self.slope
+            site = site.replace(neighbours=tuple(values_of(self.neighbours, "--neighbours")), slope=slope)
         # the edition is checked with the campaign
-        return found.wind_class(cast("Edition", self.edition)), {"site": found, "inclination": found.inclination}
+        return site.wind_class(cast("Edition", self.edition)), {"site": site, "inclination": site.inclination}
 
     def _at_sea(self) -> tuple[str | WindClass, dict[str, Any]]:
         """Class and site of a campaign in the sea."""
@@ -207,29 +201,24 @@ def _duration_words(cost: Cost, hours: float) -> str:
     from meltemi.core.threads import available_cores
 
     seconds, cores = 3600.0 * hours * cost.rate, available_cores()
-    processor, wall = spoken(seconds), spoken(seconds / cores)
+    processor, wall = duration_text(seconds), duration_text(seconds / cores)
     where = f", {wall} on {cores} free cores" if cores > 1 else ""
     return f"about {processor} of processor time{where} (estimate from {cost.source})"
 
 
-def spoken(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """A duration with two digits: 45 s, 3.7 min, 12 h."""
-    value, unit = next(
-        (seconds / size, unit)
-        for size, unit in ((3600.0, "h"), (60.0, "min"), (1.0, "s"))
-        if seconds >= size or size == 1.0
-    )
-    return f"{value:.1f} {unit}" if value < 10.0 and unit != "s" else f"{value:.0f} {unit}"
+    for size, unit in ((3600.0, "h"), (60.0, "min")):
+        if seconds >= size:
+            value = seconds / size
+            return f"{value:.1f} {unit}" if value < 10.0 else f"{value:.0f} {unit}"
+    return f"{seconds:.0f} s"
 
 
 def _show(plan: Plan) -> None:
-    """Print the rows of the plan, totals, and what cannot run."""
+    """Print the rows of the plan, totals, and reasons for which cases cannot run."""
     c, summary = plan.campaign, plan.summary()
-    rows = [
-        [each.name, each.situation, each.wind, each.type, each.factor, str(each.cases), f"{each.hours:.1f}",
-         str(each.unsupported or "")]
-        for each in summary
-    ]  # fmt: skip
+    rows = [[*row.texts, str(row.unsupported or "")] for row in summary]
     hours, lacking = sum(row.hours for row in summary), sum(row.unsupported for row in summary)
     rows.append(["total", "", "", "", "", str(len(plan.cases)), f"{hours:.1f}", str(lacking or "")])
     head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours", "cannot run"]
@@ -251,21 +240,19 @@ def metocean(
     out: Annotated[Path, "File to write."] = Path("metocean.yaml"),
 ) -> None:
     """Write the conditions of a site in the sea as a file, to be edited."""
-    from meltemi.core.files import replacing
+    from meltemi.core.files import write_text
     from meltemi.loads.loadbase.metocean import metocean_file
 
     text = metocean_file(site).read_text(encoding="utf-8")
     if out.exists():
-        raise InputError(f"{out}: is there already; choose another name with --out, or remove it")
-    with replacing(out) as (partial,):
-        partial.write_text(text, encoding="utf-8")
-    wrote(out)
+        raise InputError(f"{out}: exists already; choose another name with --out, or remove it")
+    wrote(write_text(out, text))
     suggest("loads", "plan", "iea15mw-monopile", "--standard", "61400-3-1", "--site", out, "--quick")
 
 
 @dataclass(frozen=True)
 class ExecutionOptions:
-    """How missing runs are made."""
+    """Options for the execution of missing runs."""
 
     shard: Annotated[str | None, "Only every N-th case, beginning with the k-th: k/N, e.g. 3/16."] = None
     workers: Annotated[int | None, "Threads [one for each core]."] = None
@@ -284,18 +271,18 @@ def run_(base: BaseArgument, options: ExecutionOptions) -> None:
     planned = _planned(base)
     folder_for(base, "load base")
     with simulation_bar("load cases", len(planned.cases), "cases") as bar:
-        found = meltemi.loads.run_base(planned, base, progress=told(bar), **options.given())
-    _show_status(found, base, planned)
+        state = meltemi.loads.run_base(planned, base, progress=progress_lines(bar), **options.given())
+    _show_status(state, base, planned)
 
 
 def _planned(base: Path) -> Plan:
-    found = meltemi.loads.plan(meltemi.loads.read_campaign(base))
-    _warn(found)
-    return found
+    planned = meltemi.loads.plan(meltemi.loads.read_campaign(base))
+    _warn(planned)
+    return planned
 
 
 def _warn(plan: Plan) -> None:
-    """Say once what holds for all cases."""
+    """Print the warnings that hold for all cases."""
     from meltemi.loads.loadbase.coverage import turbine_warnings
 
     warn(turbine_warnings(plan))
@@ -311,8 +298,8 @@ def shard_of(text: str | None) -> tuple[int, int]:
     return int(k), int(n)
 
 
-def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
-    """Progress as a bar, and as lines where there is no terminal."""
+def progress_lines(bar: Callable[[float], None]) -> Callable[[Progress], None]:
+    """Callback that shows progress as a bar, and as lines where there is no terminal."""
     from rich.console import Console
 
     terminal, last = Console(stderr=True).is_terminal, [monotonic()]
@@ -321,7 +308,7 @@ def told(bar: Callable[[float], None]) -> Callable[[Progress], None]:
         bar(progress.share)
         if not terminal and monotonic() - last[0] > REPORTED and progress.seconds_left is not None:
             last[0] = monotonic()
-            left = f"{spoken(progress.seconds_left)} left"
+            left = f"{duration_text(progress.seconds_left)} left"
             say(f"{progress.done} of {progress.total} cases, {100.0 * progress.share:.0f} %, {left}")
 
     return tell
@@ -334,25 +321,25 @@ def status(base: BaseArgument) -> None:
     _show_status(meltemi.loads.base_status(planned, base), base, planned)
 
 
-def _show_status(found: BaseStatus, base: Path, plan: Plan) -> None:
+def _show_status(state: BaseStatus, base: Path, plan: Plan) -> None:
     from meltemi.loads.loadbase.timing import finished_cost
 
     columns = ("cases", "ok", "doubtful", "failed", "missing", "unsupported")
-    rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in found.dlcs]
-    rows.append(["total", *(str(sum(getattr(row, name) for row in found.dlcs) or "") for name in columns)])
+    rows = [[row.dlc, *(str(getattr(row, name) or "") for name in columns)] for row in state.dlcs]
+    rows.append(["total", *(str(sum(getattr(row, name) for row in state.dlcs) or "") for name in columns)])
     print_table("Load base", ["DLC", *columns[:-1], "cannot run"], rows, text_columns=1)
-    left = f"{found.done} of {found.total} cases done, {found.hours:.1f} h to be simulated"
-    cost = finished_cost(plan, base) if found.hours else None
-    print(f"{left}, {_duration_words(cost, found.hours)}" if cost else left)
-    suggest("loads", "run" if found.done < found.total else "report", base)
-    for name, why in list(found.problems.items())[:MOST_PROBLEMS]:
+    left = f"{state.done} of {state.total} cases done, {state.hours:.1f} h to be simulated"
+    cost = finished_cost(plan, base) if state.hours else None
+    print(f"{left}, {_duration_words(cost, state.hours)}" if cost else left)
+    suggest("loads", "run" if state.done < state.total else "report", base)
+    for name, why in list(state.problems.items())[:MOST_PROBLEMS]:
         say(f"{name}: {why}")
-    if (more := len(found.problems) - MOST_PROBLEMS) > 0:
+    if (more := len(state.problems) - MOST_PROBLEMS) > 0:
         say(f"and {more} more")
-    for file, why in found.unreadable.items():
+    for file, why in state.unreadable.items():
         say(f"{file} counts as missing: {why}")
-    if found.outdated:
-        say(f"{found.outdated} results of other inputs, such as an earlier controller, are not used")
+    if state.outdated:
+        say(f"{state.outdated} results of other inputs, such as an earlier controller, are not used")
 
 
 @loads.command()
@@ -378,12 +365,8 @@ def show(
         print(f"{entry.time:8.2f} s  {entry.what}{f': {entry.reason}' if entry.reason else ''}")
     warn(result.warnings)
     same = same_numbers(planned, base, case, result)
-    words = {
-        None: "not in the load base",
-        True: "equal to the load base in all digits",
-        False: "NOT that of the load base",
-    }
-    print(f"result: {words[same]}")
+    known = "equal to the load base in all digits" if same else "NOT that of the load base"
+    print(f"result: {'not in the load base' if same is None else known}")
     wrote(*files)
     suggest(*(("loads", "report", base) if same else ("loads", "status", base)))
 
@@ -407,8 +390,7 @@ def report(
     if against is not None and limits is not None:
         raise InputError("give either --against or --limits")
     planned, given = _planned(base), None if limits is None else read_limits(limits)
-    title = read_project(base, project)
-    of = read_settings(settings)
+    title, of = read_project(base, project), read_settings(settings)
     other = None if against is None else (str(against), meltemi.loads.design_loads(_planned(against), against, of))
     folder_for(base, "load base")
     with progress_bar("report"):

@@ -36,7 +36,7 @@ from meltemi.app.terminal import (
 )
 from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
-from meltemi.loads.commands.loads import ExecutionOptions, told
+from meltemi.loads.commands.loads import ExecutionOptions, progress_lines
 
 if TYPE_CHECKING:
     from meltemi.loads.surrogate.model import Surrogate
@@ -75,9 +75,7 @@ def design(
 
     given: dict[str, Any] = {"turbine": turbine_key(turbine), "method": method}
     given |= {"points": points, "repeats": repeats, "checks": checks, "seeds": seeds, "realisation": realisation}
-    given |= {"duration": duration, "transient": transient}
-    if variables is not None:
-        given["variables"] = variables
+    given |= {"duration": duration, "transient": transient} | ({} if variables is None else {"variables": variables})
     if bounds is not None:
         given["bounds"] = {name: _interval(text) for name, text in pairs_of(bounds, "--bounds").items()}
     if loads is not None:
@@ -118,7 +116,7 @@ def run(folder: FolderArgument, options: ExecutionOptions) -> None:
     n = len(read_surrogate_campaign(folder)[1])
     folder_for(folder, "surrogate")
     with simulation_bar("points", n, "runs") as bar:
-        done, failed, missing = meltemi.loads.run_surrogate(folder, progress=told(bar), **options.given())
+        done, failed, missing = meltemi.loads.run_surrogate(folder, progress=progress_lines(bar), **options.given())
     print(f"{done} of {n} runs done, {failed} failed, {missing} missing")
     suggest("surrogate", "fit" if done else "run", folder)
 
@@ -134,35 +132,35 @@ def fit(
 
     folder_for(folder, "surrogate")
     with progress_bar("fit"):
-        campaign, points, found = meltemi.loads.surrogate_loads(folder)
-        made = meltemi.loads.fit_surrogate(campaign, points, found, kind, degree)
+        campaign, points, values = meltemi.loads.surrogate_loads(folder)
+        fitted = meltemi.loads.fit_surrogate(campaign, points, values, kind, degree)
         files = [
-            meltemi.loads.write_surrogate(made, folder / MODEL),
-            meltemi.io.write_csv(folder / "fit.csv", *fit_rows(made)),
-            write_figure(folder / "validation.png", meltemi.plots.plot_surrogate(made, points, found)),
+            meltemi.loads.write_surrogate(fitted, folder / MODEL),
+            meltemi.io.write_csv(folder / "fit.csv", *fit_rows(fitted)),
+            write_figure(folder / "validation.png", meltemi.plots.plot_surrogate(fitted, points, values)),
         ]
-    print_table(f"{made.turbine}: {kind} surrogate, equivalent loads at 1 Hz", *fit_rows(made))
-    f = made.facts
+    print_table(f"{fitted.turbine}: {kind} surrogate, equivalent loads at 1 Hz", *fit_rows(fitted))
+    f = fitted.facts
     print(f"{f['points']} points ({f['runs']} runs); errors at {f['checks']} held-out points ({f['check_runs']} runs)")
-    head, rows = influence_rows(made)
+    head, rows = influence_rows(fitted)
     if rows:
         print_table("Total Sobol indices of the logarithm of the load", head, rows)
-    print_values("verdict", made.verdict, lambda text: [f"verdict: {text}"])
+    print_values("verdict", fitted.verdict, lambda text: [f"verdict: {text}"])
     wrote(*files)
-    _next(made, folder / MODEL, "surrogate", "evaluate", folder / MODEL, "--at", "speed=10,turbulence_intensity=0.12")
+    _next(fitted, folder / MODEL, "surrogate", "evaluate", folder / MODEL, "--at", "speed=10,turbulence_intensity=0.12")
 
 
-def _next(made: Surrogate, file: Path, *words: object) -> None:
-    """Suggest the next command; for a surrogate that is not usable as many points again as it has."""
+def _next(fitted: Surrogate, file: Path, *words: object) -> None:
+    """Suggest the next command; for a surrogate that is not usable, to double its points."""
     from meltemi.loads.surrogate.campaign import FILE
 
-    points = int(made.facts.get("points", 64))
-    if made.usable:
+    points = int(fitted.facts.get("points", 64))
+    if fitted.usable:
         suggest(*words)
     elif (file.parent / FILE).is_file():
         suggest("surrogate", "refine", file.parent, "--points", points)
     else:
-        suggest("surrogate", "design", made.turbine, "--points", 2 * points)
+        suggest("surrogate", "design", fitted.turbine, "--points", 2 * points)
 
 
 @surrogate.command()
@@ -178,12 +176,12 @@ def refine(
 
     table = meltemi.loads.class_table(wind_class, edition) if site is None else meltemi.loads.read_site_table(site)
     campaign, whole = read_surrogate_campaign(folder)
-    _, some, found = meltemi.loads.surrogate_loads(folder)
-    made = meltemi.loads.fit_surrogate(campaign, some, found)
-    chosen = meltemi.loads.further_points(made, points, table.density, seed=int(whole.seed.max()) % 2**31)
+    _, some, values = meltemi.loads.surrogate_loads(folder)
+    fitted = meltemi.loads.fit_surrogate(campaign, some, values)
+    chosen = meltemi.loads.further_points(fitted, points, table.density, seed=int(whole.seed.max()) % 2**31)
     files = meltemi.loads.write_surrogate_campaign(campaign, whole.extended(chosen), folder)
-    mean = ", ".join(f"{name} {value:.3g}" for name, value in zip(made.space.names, chosen.mean(axis=0), strict=True))
-    where = "" if made.usable else ", which fill the space, since the surrogate is not usable"
+    mean = ", ".join(f"{name} {value:.3g}" for name, value in zip(fitted.space.names, chosen.mean(axis=0), strict=True))
+    where = "" if fitted.usable else ", which fill the space, since the surrogate is not usable"
     print(f"{points} further points{where}; their means: {mean}")
     wrote(*files)
     suggest("surrogate", "run", folder)
@@ -199,10 +197,10 @@ def evaluate(
     """Evaluate a surrogate at one point."""
     from meltemi.loads.surrogate.report import value_rows
 
-    made = _loaded(file, turbine)
-    found = made(outside="clip" if clip else "error", **numbers_of(at, "--at", "NAME=VALUE"))
-    print_table(f"{made.turbine}: equivalent loads at 1 Hz", *value_rows(made, found), 2)
-    _next(made, file, "surrogate", "site", file, "SITE.yaml", "--class", "IB")
+    fitted = _loaded(file, turbine)
+    values = fitted(outside="clip" if clip else "error", **numbers_of(at, "--at", "NAME=VALUE"))
+    print_table(f"{fitted.turbine}: equivalent loads at 1 Hz", *value_rows(fitted, values), 2)
+    _next(fitted, file, "surrogate", "site", file, "SITE.yaml", "--class", "IB")
 
 
 @surrogate.command()
@@ -219,24 +217,24 @@ def site(
     """Compare lifetime loads at a site with those of a design class; writes a table and a plot."""
     from meltemi.loads.surrogate.report import suitability_rows
 
-    made, table = _loaded(file, turbine), meltemi.loads.read_site_table(conditions, site_turbine)
+    fitted, table = _loaded(file, turbine), meltemi.loads.read_site_table(conditions, site_turbine)
     if neighbours is not None:
         table = table.replace(neighbours=tuple(values_of(neighbours, "--neighbours")))
-    found = meltemi.loads.site_suitability(made, table, meltemi.loads.class_table(wind_class, edition))
-    head, rows = suitability_rows(found)
-    files = write_results(out / "suitability", (head, rows), meltemi.plots.plot_suitability(found))
-    print_table(f"{made.turbine}: {table.name or 'site'} over class {wind_class}", head, rows)
-    for name, share in found.outside.items():
+    suitability = meltemi.loads.site_suitability(fitted, table, meltemi.loads.class_table(wind_class, edition))
+    head, rows = suitability_rows(suitability)
+    files = write_results(out / "suitability", (head, rows), meltemi.plots.plot_suitability(suitability))
+    print_table(f"{fitted.turbine}: {table.name or 'site'} over class {wind_class}", head, rows)
+    for name, share in suitability.outside.items():
         say(f"{name} is outside the surrogate for {100.0 * share:.3g} % of the site's time: the nearest bound counts")
-    print_values("verdict", found.verdict, lambda text: [f"verdict: {text}, for fatigue in production"])
+    print_values("verdict", suitability.verdict, lambda text: [f"verdict: {text}, for fatigue in production"])
     wrote(*files)
-    _next(made, file, "loads", "plan", made.turbine, "--class", wind_class)
+    _next(fitted, file, "loads", "plan", fitted.turbine, "--class", wind_class)
 
 
 def _loaded(file: Path, turbine: str | None) -> Surrogate:
-    """The surrogate of a file, which must be that of a turbine if one is named; says whether it is not usable."""
-    with catch_warnings(record=True) as told:
+    """The surrogate of a file, which must be of the turbine if one is named; warns if it is not usable."""
+    with catch_warnings(record=True) as caught:
         simplefilter("always")
-        made = meltemi.loads.load_surrogate(file, None if turbine is None else meltemi.load_turbine(turbine))
-    warn(each.message for each in told)
-    return made
+        fitted = meltemi.loads.load_surrogate(file, None if turbine is None else meltemi.load_turbine(turbine))
+    warn(each.message for each in caught)
+    return fitted

@@ -7,23 +7,23 @@ from dataclasses import dataclass
 
 from meltemi.loads.loadbase.interfaces import Interface, interfaces_of, known_channels, stations
 from meltemi.loads.loadbase.ultimate import blade_groups
-from meltemi.reports.blocks import Beside, Block, Cell, Drawing, Part, Stroke, Table
+from meltemi.reports.blocks import Beside, Block, Cell, Drawing, Stroke, Subsection, Table
 from meltemi.reports.turbine_facts import number
 from meltemi.simulation.channels import find
 from meltemi.turbine.definition import Turbine
 
 Point = tuple[float, float]
 LENGTH = 15.0
-"""Of a drawn axis."""
+"""Length of an axis in a sketch."""
 TOP, RADIUS = 58.0, 36.0
-"""Height of the tower and radius of the rotor, as drawn."""
+"""Height of the tower and radius of the rotor in a sketch."""
 TILT, CONE = math.radians(8.0), math.radians(5.0)
-"""As drawn: larger than those of most turbines."""
+"""Angles in a sketch, larger than those of most turbines."""
 TURNED = math.radians(35.0)
 """Azimuth of blade 1 in sketches of rotating axes."""
 APEX: Point = (34.0, TOP + 6.0)
 LOW, HIGH = -9.0, 114.0
-"""Edges of a drawing."""
+"""Lower and upper edge of a sketch."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
     for name, members in groups.items():
         a, title = axes_of(name, turbine), name.replace("_", " ")
         rows.append([title, a.origin, a.name, a.x, a.y, a.z, _aliases(members[0], turbine)])
-        sketches.append(Part(title, [Beside(sketches_of(name, a))]))
+        sketches.append(Subsection(title, [Beside(sketches_of(name, a))]))
     words = (
         "Loads are those that the outboard part exerts on the inboard part: the rotor on the shaft, the nacelle on "
         "the tower, the tower on the foundation; at the mudline those of the ground on the pile. Axes are "
@@ -86,15 +86,7 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
         "downwind. In the sketches ⊗ is an axis into the picture; tilt and cone are drawn larger than they are, pitch "
         "is zero. F_res and M_res are the resultants of x and y, at the hub of y and z."
     )
-    head = [
-        "interface",
-        "origin",
-        "axes",
-        "x",
-        "y",
-        "z",
-        "OpenFAST: Fx, Fy, Fz, Mx, My, Mz",
-    ]
+    head = ["interface", "origin", "axes", "x", "y", "z", "OpenFAST: Fx, Fy, Fz, Mx, My, Mz"]
     return [words, Table(head, rows, caption="Axes of the interfaces", text_columns=7), Beside(sketches)]
 
 
@@ -128,8 +120,8 @@ def _along(start: Point, angle: float, length: float) -> Point:
     return start[0] + length * math.sin(angle), start[1] + length * math.cos(angle)
 
 
-def _axes(at: Point, drawn: dict[str, Point], entering: str) -> list[Stroke]:
-    ends = {name: (at[0] + LENGTH * u, at[1] + LENGTH * v) for name, (u, v) in drawn.items()}
+def _axes(at: Point, directions: dict[str, Point], entering: str) -> list[Stroke]:
+    ends = {name: (at[0] + LENGTH * u, at[1] + LENGTH * v) for name, (u, v) in directions.items()}
     return [*(Stroke([at, end], "axis", name) for name, end in ends.items()), Stroke([at], "into", entering)]
 
 

@@ -41,15 +41,15 @@ from meltemi.turbine.power_turbine import aeroelastic
 
 FILE = "campaign.yaml"
 RATED = 0.998
-"""Share of the power at cut-out that is rated power: without the small differences above rated wind speed."""
+"""Share of the power at cut-out that counts as rated power, to exclude small differences above rated wind speed."""
 STEP = 0.1
-"""[m/s] of the rated wind speed."""
+"""Resolution [m/s] of the rated wind speed."""
 NO_WIND = 1000.0
-"""[m/s] limit that no wind reaches."""
+"""Limit [m/s] that no wind reaches."""
 
 
 class Campaign(Record):
-    """A load base: what is simulated, before it is expanded to cases."""
+    """Description of a load base, from which the plan of its cases follows."""
 
     turbine: str
     """Name in the library, or path of a turbine file or an OpenFAST deck (.fst)."""
@@ -64,7 +64,7 @@ class Campaign(Record):
     metocean: Metocean | None = None
     """Conditions of a site in the sea."""
     depth: float | None = Field(default=None, gt=0.0)
-    """[m; 3 to 3000] of the water at mean sea level, which limits embedded waves."""
+    """Water depth [m; 3 to 3000] at mean sea level, which limits embedded waves."""
     changes: dict[str, Any] = Field(default_factory=dict)
     """Changes of the table of the edition."""
 
@@ -75,32 +75,32 @@ class Campaign(Record):
     cut_out: float = Field(gt=0.0, le=100.0)
     """V_out [m/s; 12 to 40]."""
     rotor_speed: float = Field(gt=0.0, le=10.0)
-    """[rad/s; 0.3 to 30] at rated power; azimuths of gusts and events are fractions of its revolution."""
+    """Rotor speed [rad/s; 0.3 to 30] at rated power; azimuths of gusts and events are fractions of its revolution."""
     blades: int = Field(default=3, ge=2, le=3)
     """Number of blades."""
     hub_height: float = Field(gt=0.0)
-    """[m; 10 to 300], for reports."""
+    """Hub height [m; 10 to 300], for reports."""
     rotor_diameter: float = Field(gt=0.0)
-    """[m; 5 to 350], for reports."""
+    """Rotor diameter [m; 5 to 350], for reports."""
     electrical_system: bool = False
     """Whether the turbine describes its electrical system; where one is needed and it does not, it is sized by rule."""
 
     controller: NamedCase = SupervisedCase(kind="supervised")
     """Controller, as in a case file. The supervised one is the baseline controller in production. A scheme has a
-    supervisor, too, and its gains when the campaign is made."""
+    supervisor, too, and receives its gains with the campaign."""
     idle_pitch: float = Field(gt=-1.6, lt=3.2)
-    """[rad; 0.5 to 1.7] pitch angle of idling and locked rotors."""
+    """Pitch angle [rad; 0.5 to 1.7] of idling and locked rotors."""
     normal_rate: float = Field(gt=0.0, le=2.0)
-    """[rad/s; 0.01 to 0.8] pitch rate of normal stops under controllers that do not follow requests of the operator."""
+    """Pitch rate [rad/s; 0.01 to 0.8] of normal stops under controllers that do not follow requests of the operator."""
     emergency_rate: float = Field(gt=0.0, le=2.0)
-    """[rad/s; 0.02 to 1] pitch rate of emergency stops under such controllers, and after loss of the grid."""
+    """Pitch rate [rad/s; 0.02 to 1] of emergency stops under such controllers, and after loss of the grid."""
     pitch_imbalance: float = Field(default=math.radians(0.3), ge=0.0, le=0.2)
-    """[rad; 5e-4 to 0.05] pitch imbalance: blade 1 is above, blade 2 below the pitch of their encoders by this, in
+    """Pitch imbalance [rad; 5e-4 to 0.05]: blade 1 is above, blade 2 below the pitch of their encoders by this, in
     operation."""
     mass_imbalance: float = Field(default=0.005, ge=0.0, le=0.2)
     """Mass imbalance [-; 5e-4 to 0.05]: share by which blade 1 is heavier than the others, in operation."""
     inclination: float = Field(default=math.radians(8.0), ge=-0.5, le=0.5)
-    """[rad; 0.02 to 0.3] flow inclination in operation."""
+    """Flow inclination [rad; 0.02 to 0.3] in operation."""
     extreme_wind: Literal["turbulent", "steady"] = "turbulent"
     """Form of the extreme wind speed model."""
     start_margin: float = Field(default=0.9, gt=0.0, le=1.0)
@@ -111,17 +111,17 @@ class Campaign(Record):
     design situation demands; DLC 4.1 has these stops."""
 
     duration: float | None = Field(default=None, gt=0.0)
-    """[s; 30 to 4000] evaluated, in place of the table's default."""
+    """Evaluated duration [s; 30 to 4000], in place of the default of the table."""
     transient: float | None = Field(default=None, ge=0.0)
-    """[s; 10 to 2000] not evaluated, in place of the table's default."""
+    """Initial transient [s; 10 to 2000], not evaluated, in place of the default of the table."""
     begin: float | None = Field(default=None, ge=0.0)
-    """[s; 1 to 600] of gusts and events after the transient, in place of the table's default."""
+    """Time [s; 1 to 600] of gusts and events after the transient, in place of the default of the table."""
     seeds: int | None = Field(default=None, ge=1, le=1000)
-    """Number of turbulence seeds, in place of the table's default."""
+    """Number of turbulence seeds, in place of the default of the table."""
     yaw_error: float | None = Field(default=None, ge=0.0, le=180.0)
-    """Usual yaw error [deg; 1 to 30], in place of the table's default."""
+    """Usual yaw error [deg; 1 to 30], in place of the default of the table."""
     v_maint: float | None = Field(default=None, gt=0.0, le=100.0)
-    """V_maint [m/s; 4 to 30], in place of the table's default."""
+    """V_maint [m/s; 4 to 30], in place of the default of the table."""
     years: float = Field(default=20.0, gt=0.0, le=1000.0)
     """Lifetime [years; 5 to 100]."""
     realisation: int = Field(default=1, ge=1)
@@ -139,10 +139,8 @@ class Campaign(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if not self.cut_in < self.rated_wind < self.cut_out:
-            raise ValueError(
-                "speeds must satisfy cut_in < rated_wind < cut_out, found "
-                f"{self.cut_in:g}, {self.rated_wind:g}, {self.cut_out:g} m/s"
-            )
+            speeds = f"{self.cut_in:g}, {self.rated_wind:g}, {self.cut_out:g} m/s"
+            raise ValueError(f"speeds must satisfy cut_in < rated_wind < cut_out, found {speeds}")
         if isinstance(self.controller, BaselineCase | PowerCase) and self.controller.yaw is not None:
             raise ValueError("controller.yaw: yaw errors of load cases are constant; leave active yaw control out")
         if self.options.get("nacelle_yaw"):
@@ -162,24 +160,24 @@ class Campaign(Record):
 
     @property
     def iec_class(self) -> WindClass:
-        """The class, or that of the site."""
+        """Wind turbine class of the campaign, or of its site."""
         if self.site is not None:
             return self.site.wind_class(self.edition)
         return wind_class(self.wind_class, self.edition) if isinstance(self.wind_class, str) else self.wind_class
 
     @property
     def turbine_name(self) -> str:
-        """Name of the turbine; ``turbine`` may be the path of its file."""
+        """Name of the turbine, also where ``turbine`` is the path of its file."""
         return load_turbine(self.turbine).name
 
     @property
     def where(self) -> str:
-        """Site, or class."""
+        """Name of the site, or of the class without one."""
         site = self.site or self.metocean
         return site.name if site is not None else f"class {self.iec_class.name}"
 
     def table(self) -> LoadTable:
-        """The table of its edition with its changes.
+        """The table of the edition with the changes of the campaign.
 
         Raises:
           InputError: the changes are not valid.
@@ -187,13 +185,13 @@ class Campaign(Record):
         return load_table(self.standard if self.standard in AT_SEA else self.edition, self.changes, "changes")
 
     def defaults(self, table: LoadTable) -> Defaults:
-        """Defaults of the table, with those of the campaign."""
+        """Defaults of the table, replaced by those of the campaign."""
         names = [name for name in Defaults.model_fields if name != "practice"]
-        own = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-        return table.defaults.replace(**own)
+        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return table.defaults.replace(**given)
 
     def symbols(self, table: LoadTable) -> dict[str, float]:
-        """Values of the names in the table's texts."""
+        """Values of the names in the texts of the table."""
         defaults = self.defaults(table)
         return {
             "V_in": self.cut_in,
@@ -217,9 +215,9 @@ def make_campaign(
 
     Args:
       turbine: name in the library, or path of a turbine file or an OpenFAST deck (.fst).
-      wind_class: of IEC 61400-1, or a user-defined one.
-      edition: of IEC 61400-1: 3 or 4.
-      rated_wind: [m/s]; by default from steady operation, to 0.1 m/s.
+      wind_class: wind turbine class of IEC 61400-1, or a user-defined one.
+      edition: edition of IEC 61400-1: 3 or 4.
+      rated_wind: [m/s] rated wind speed; by default from steady operation, to 0.1 m/s.
       settings: further fields of a :class:`Campaign`.
 
     Raises:
@@ -238,7 +236,7 @@ def make_campaign(
     else:
         described = aeroelastic(load_turbine(turbine), "meltemi loads")
     described = aeroelastic(described, "meltemi loads")
-    load_table(edition)  # an unknown edition is told first
+    load_table(edition)  # reports an unknown edition first
     data |= {
         "edition": edition,
         "wind_class": wind_class,
@@ -263,15 +261,14 @@ def make_campaign(
         if data.get("metocean") is None:
             raise InputError(f"standard {standard} needs the conditions of the site (metocean)")
         data.setdefault("inclination", 0.0)
-    speed = described.rated_rotor_speed
     stops = limits(described, Supervision())
-    own = {"rotor_speed": speed, "idle_pitch": described.control.pitch.maximum}
-    own |= {name: round(stops[name], 9) for name in ("normal_rate", "emergency_rate")}
+    derived = {"rotor_speed": described.rated_rotor_speed, "idle_pitch": described.control.pitch.maximum}
+    derived |= {name: round(stops[name], 9) for name in ("normal_rate", "emergency_rate")}
     # everything but the rated wind speed is tested before it is computed
     middle = 0.5 * (described.cut_in + described.cut_out) if rated_wind is None else rated_wind
     if rated_wind is None and all(isinstance(data[name], int | float) for name in ("cut_in", "cut_out")):
         middle = 0.5 * (data["cut_in"] + data["cut_out"])
-    campaign = Campaign(**(own | data | {"rated_wind": middle}))
+    campaign = Campaign(**(derived | data | {"rated_wind": middle}))
     if {"cut_in", "cut_out"} & settings.keys() and isinstance(campaign.controller, SupervisedCase):
         campaign = _with_winds(campaign, described)
     campaign = campaign.replace(controller=rooted(located(campaign.controller, described), Path()))
@@ -287,7 +284,7 @@ def make_campaign(
 
 
 def _ready(campaign: Campaign, turbine: Turbine) -> ControllerCase:
-    """The controller with the gains of its scheme, for the turbine that the scheme needs; tried for a few steps."""
+    """Controller with the gains of its scheme for the equipped turbine; it is tried for a few steps."""
     case = campaign.controller
     if isinstance(case, BaselineCase) and (case.scheme or case.load):
         case = supervised_form(case) or case
@@ -301,11 +298,11 @@ def _ready(campaign: Campaign, turbine: Turbine) -> ControllerCase:
 
 
 def _with_winds(campaign: Campaign, turbine: Turbine) -> Campaign:
-    """The campaign with a supervisor for its own cut-in and cut-out."""
+    """The campaign with a supervisor for the cut-in and cut-out of the campaign."""
     assert isinstance(campaign.controller, SupervisedCase)
-    found = limits(turbine.replace(cut_in=campaign.cut_in, cut_out=campaign.cut_out), campaign.controller.supervision)
+    winds = limits(turbine.replace(cut_in=campaign.cut_in, cut_out=campaign.cut_out), campaign.controller.supervision)
     names = "start_wind stop_wind cut_out_mean cut_out_wind cut_out_gust restart_wind".split()
-    return campaign.replace(**{f"controller.supervision.{name}": round(found[name], 6) for name in names})
+    return campaign.replace(**{f"controller.supervision.{name}": round(winds[name], 6) for name in names})
 
 
 def rated_wind_speed(model: Any, cut_in: float, cut_out: float) -> float:
@@ -323,12 +320,12 @@ def rated_wind_speed(model: Any, cut_in: float, cut_out: float) -> float:
     while high - low > 1:
         middle = (low + high) // 2
         low, high = (low, middle) if power(middle * STEP) >= rated else (middle, high)
-    found = round(high * STEP, 1)
-    if not cut_in < found < cut_out - STEP:
+    rated_wind = round(high * STEP, 1)
+    if not cut_in < rated_wind < cut_out - STEP:
         raise InputError(
             f"the power of {model.turbine.name} still rises at cut-out, {cut_out:g} m/s: specify the rated wind speed"
         )
-    return found
+    return rated_wind
 
 
 def production_controller(campaign: Campaign) -> ControllerCase:
@@ -360,16 +357,16 @@ def read_campaign(folder: str | Path) -> Campaign:
     """Read the campaign of a load base.
 
     Args:
-      folder: of the load base, or its ``campaign.yaml``.
+      folder: folder of the load base, or its ``campaign.yaml``.
 
     Raises:
-      InputError: there is none, or it is not valid.
+      InputError: there is no campaign, or it is not valid.
     """
     path = Path(folder)
     file = path if path.is_file() else path / FILE
     if not file.is_file():
         raise InputError(
-            f"{path}: no load base, since it has no {FILE}; 'meltemi loads plan TURBINE --out FOLDER' makes one"
+            f"{path}: no load base, since it has no {FILE}; 'meltemi loads plan TURBINE --out FOLDER' writes one"
         )
     campaign = read_record(file, Campaign)
     campaign.table()

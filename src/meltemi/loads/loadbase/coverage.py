@@ -1,17 +1,17 @@
-"""What a load base has of its cases, and what it means for the loads that some are missing, failed or doubtful."""
+"""Coverage of a load base: states of its cases, and consequences of missing, failed and doubtful ones for the loads."""
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from meltemi.core.errors import Status
-from meltemi.loads.loadbase.jobs import jobs_of
+from meltemi.loads.loadbase.jobs import jobs_of, names_by_key
 from meltemi.loads.loadbase.plan import Plan, PlannedCase
-from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.store import ResultStore
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.plausibility import plausibility_warnings
 
@@ -39,7 +39,7 @@ MEANINGS = (
 UNCERTAIN = "outside the range of validity of the model: loads of this case are uncertain"
 LOST = "no results: excluded from all loads"
 FEW = 3
-"""Runs from which on a warning of all of them is one of the load base."""
+"""Smallest number of runs whose common warning becomes one of the load base."""
 
 
 @dataclass(frozen=True)
@@ -47,26 +47,26 @@ class Results:
     """Results of the cases of a plan.
 
     Attributes:
-      plan: of the load base.
-      store: with the results.
+      plan: plan of the load base.
+      store: store with the results.
       keys: names of the cases by key.
-      states: of each case, see ``STATES``.
-      said: message and warnings of the cases that are not simply OK.
+      states: state of each case, one of ``STATES``.
+      messages: message and warnings of the cases that are not simply OK.
       present: cases with loads that are evaluated.
-      common: warnings of the whole load base: of the turbine, and those that all runs share word for word; they are
-        none of a case.
+      common: warnings of the whole load base: about the turbine, and those that all runs share word for word; single
+        cases do not repeat them.
     """
 
     plan: Plan
-    store: Store = field(repr=False)
+    store: ResultStore = field(repr=False)
     keys: dict[str, list[str]] = field(repr=False)
     states: dict[str, str] = field(repr=False)
-    said: dict[str, str] = field(repr=False)
+    messages: dict[str, str] = field(repr=False)
     present: tuple[PlannedCase, ...] = field(repr=False)
     common: tuple[str, ...]
 
     def table(self, what: str, channels: Sequence[str] | None = None) -> pd.DataFrame:
-        """A table of the cases that are evaluated, see ``Store.table``."""
+        """A table of the cases that are evaluated, see ``ResultStore.table``."""
         return self.store.table(self.keys, what, channels)
 
 
@@ -74,19 +74,14 @@ def read_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> Re
     """Results of a plan.
 
     Args:
-      plan: of the load base.
-      folder: of the load base.
       doubtful: whether doubtful cases are evaluated.
 
     Raises:
       InputError: the turbine, a file of the controller or a file of the results cannot be read.
     """
-    jobs, store = jobs_of(plan), Store(folder)
-    every: dict[str, list[str]] = {}
-    for job in jobs:
-        every.setdefault(job.key, []).append(job.name)
+    every, store = names_by_key(jobs_of(plan)), ResultStore(folder)
     states = {case.name: "unsupported" if case.unsupported else "missing" for case in plan.cases}
-    said = {case.name: case.unsupported or "not simulated" for case in plan.cases}
+    messages = {case.name: case.unsupported or "not simulated" for case in plan.cases}
     frame, common = store.table(every), turbine_warnings(plan)
     if len(frame):
         complete = frame[[Status[word].complete for word in frame["status"]]]
@@ -95,12 +90,12 @@ def read_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> Re
             status, lines = Status[word], [str(line) for line in warnings if str(line) not in common]
             ended = "ok" if status is Status.OK else "doubtful"
             states[name] = "failed" if not status.complete else "warned" if ended == "ok" and lines else ended
-            said[name] = "; ".join([message] * (status is not Status.OK) + lines)
-    taken = ("ok", "warned", *["doubtful"] * doubtful)
-    present = tuple(case for case in plan.cases if states[case.name] in taken)
+            messages[name] = "; ".join([message] * (status is not Status.OK) + lines)
+    evaluated_states = ("ok", "warned", *["doubtful"] * doubtful)
+    present = tuple(case for case in plan.cases if states[case.name] in evaluated_states)
     names = {case.name for case in present}
-    keys = {key: own for key, given in every.items() if (own := [name for name in given if name in names])}
-    return Results(plan, store, keys, states, said, present, common)
+    keys = {key: evaluated for key, given in every.items() if (evaluated := [name for name in given if name in names])}
+    return Results(plan, store, keys, states, messages, present, common)
 
 
 def turbine_warnings(plan: Plan) -> tuple[str, ...]:
@@ -120,15 +115,14 @@ def problems_of(results: Results) -> pd.DataFrame:
     """Cases that are not simply OK; index case, columns row, dlc, state, message, meaning."""
     import pandas as pd
 
-    taken = {case.name for case in results.present}
+    evaluated = {case.name for case in results.present}
     lines = []
     for case in results.plan.cases:
-        state = results.states[case.name]
-        if state != "ok":
-            message = results.said[case.name]
-            found = "; ".join(dict.fromkeys(meaning for words, meaning in MEANINGS if words in message))
-            known = found or (UNCERTAIN if state == "doubtful" else "")
-            meaning = known if case.name in taken else "; ".join(filter(None, (LOST, known)))
+        if (state := results.states[case.name]) != "ok":
+            message = results.messages[case.name]
+            meanings = list(dict.fromkeys(meaning for words, meaning in MEANINGS if words in message))
+            meanings = meanings or [UNCERTAIN] * (state == "doubtful")
+            meaning = "; ".join([LOST] * (case.name not in evaluated) + meanings)
             lines.append((case.name, case.row, case.dlc, state, message, meaning))
     return pd.DataFrame(lines, columns=["case", "row", "dlc", "state", "message", "meaning"]).set_index("case")
 
@@ -140,25 +134,26 @@ def coverage_of(results: Results) -> pd.DataFrame:
     counts: dict[str, Counter[str]] = {name: Counter() for name in results.plan.table.rows}
     for case in results.plan.cases:
         counts[case.row][results.states[case.name]] += 1
-    taken = Counter(case.row for case in results.present)
+    evaluated = Counter(case.row for case in results.present)
     lost = lost_shares(results)
     lines = []
     for name, row in results.plan.table.rows.items():
-        n, own = counts[name].total(), taken[name]
+        n, n_evaluated = counts[name].total(), evaluated[name]
         words = ""
-        if own < n:
-            words = f"{n - own} of {n} cases have no results"
-            meaning = (
-                _of_fatigue(lost.get(name, 0.0)) if row.type == "fatigue" else "extreme loads may be underestimated"
-            )
-            words += f": {'the load case is not evaluated' if not own else meaning}"
+        if n_evaluated < n:
+            words = f"{n - n_evaluated} of {n} cases have no results: {_consequence(row.type, lost.get(name, 0.0))}"
+        if n and not n_evaluated:
+            words = f"{n} of {n} cases have no results: the load case is not evaluated"
         states = [counts[name][state] for state in STATES]
         lines.append((name, results.plan.table.dlc(name), row.title, row.type, n, *states, not words, words))
     head = ["row", "dlc", "title", "type", "cases", *STATES, "complete", "meaning"]
     return pd.DataFrame(lines, columns=head).set_index("row")
 
 
-def _of_fatigue(lost: float) -> str:
+def _consequence(kind: str, lost: float) -> str:
+    """Consequence of missing cases for ultimate or fatigue loads, by the share of lost occurrences."""
+    if kind != "fatigue":
+        return "extreme loads may be underestimated"
     if lost <= 0.0:
         return "their time is assigned to the other cases of the same wind speed and yaw error"
     return f"{100.0 * lost:.2g} % of the occurrences have no case, so that damage and energy are underestimated"
@@ -173,7 +168,7 @@ def condition_of(case: PlannedCase) -> Condition:
 
 
 def shared_repetitions(results: Results) -> dict[str, float]:
-    """How often each case of fatigue occurs, with its part of those that are missing (L-34)."""
+    """Occurrences of each fatigue case in the lifetime, including its part of those of missing cases (L-34)."""
     planned, present = Counter(map(condition_of, results.plan.cases)), Counter(map(condition_of, results.present))
     return {
         case.name: case.weight.repetitions * planned[condition_of(case)] / present[condition_of(case)]
@@ -183,12 +178,11 @@ def shared_repetitions(results: Results) -> dict[str, float]:
 
 
 def lost_shares(results: Results) -> dict[str, float]:
-    """Of each row of fatigue, the share of its repetitions whose condition has no case at all."""
-    there = {condition_of(case) for case in results.present}
-    whole, lost = dict[str, float](), dict[str, float]()
+    """Share of the repetitions of each row of fatigue whose condition has no case at all."""
+    covered = {condition_of(case) for case in results.present}
+    whole, lost = defaultdict[str, float](float), defaultdict[str, float](float)
     for case in results.plan.cases:
         if case.weight:
-            n = case.weight.repetitions
-            whole[case.row] = whole.get(case.row, 0.0) + n
-            lost[case.row] = lost.get(case.row, 0.0) + (n if condition_of(case) not in there else 0.0)
+            whole[case.row] += case.weight.repetitions
+            lost[case.row] += case.weight.repetitions * (condition_of(case) not in covered)
     return {row: lost[row] / total for row, total in whole.items() if total > 0.0}

@@ -1,4 +1,4 @@
-"""Evaluation of a load base: design loads of every interface, fatigue, energy, duty, and what they lack.
+"""Evaluation of a load base: design loads of every interface, fatigue, energy, duty, and their gaps.
 
 Equations L-1 to L-42 of ``docs/theory/design-loads.md``, which names the sources of each rule.
 """
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from meltemi.core.errors import InputError
 from meltemi.core.files import replacing
 from meltemi.core.shown import Brief
 from meltemi.loads.extrapolation import LEAST
@@ -42,7 +43,6 @@ from meltemi.loads.loadbase.ultimate import (
     EXTRAPOLATED,
     Evaluation,
     ExtrapolatedLoad,
-    check_way,
     runs_of,
     ultimate_tables,
 )
@@ -69,15 +69,14 @@ class DesignLoads(Brief):
     (``meltemi.postprocess.extremes.DRIVERS``).
 
     Attributes:
-      plan: of the load base.
-      settings: of the evaluation.
+      plan: plan of the load base.
+      settings: settings of the evaluation.
       common: warnings that hold for all cases: about the turbine, and those that all runs share.
-      notes: sentences that belong beside the numbers: warnings for all cases, rows without all their cases, and what
-        follows.
+      notes: remarks on the numbers: warnings for all cases, rows with missing cases, and the consequences.
       coverage: index row; columns dlc, title, type, cases, ok, warned, doubtful, failed, missing, unsupported (numbers
         of cases; a warned one ended as OK), complete (bool), meaning (text; empty if complete).
-      problems: index case, of all cases that are not simply OK; columns row, dlc, state ("warned", "doubtful",
-        "failed", "missing", "unsupported"), message, meaning.
+      problems: index case, all cases that are not simply OK; columns row, dlc, state ("warned", "doubtful", "failed",
+        "missing", "unsupported"), message, meaning.
       ultimate: index (interface, driver): design loads, WITH partial safety factor. Columns Fx to Mz, F_res, M_res
         [N, N m], "F_res angle", "M_res angle" [rad], all of one instant; case, row, dlc, blade (0 if it is not one of a
         blade), time [s], factor, scale (ratio of the characteristic value to the driver's value in the run), rule,
@@ -85,16 +84,15 @@ class DesignLoads(Brief):
       characteristic: the same rows WITHOUT the factor; column factor is the one that ``ultimate`` contains.
       by_row: index (interface, driver, row): characteristic, factor, design [N, N m] (value of the driver without and
         with factor), case, runs, lacking.
-      extrapolations: of DLC 1.1, for each interface and driver, and for the deflection of the tip out of plane and
-        towards the tower.
-      clearance: index row: least distance of a blade's tip from the tower's surface, where a blade passes
-        the tower. Columns clearance [m]
-        (characteristic value), factor, material, deflection [m] (undeflected minus clearance), left [m] (undeflected
-        minus deflection times both factors), ratio (clearance over undeflected), case, runs, lacking, fits
-        (bool: ``left`` is positive).
+      extrapolations: extrapolated loads of DLC 1.1, for each interface and driver, and for the deflection of the tip
+        out of plane and towards the tower.
+      clearance: index row: least distance of a blade tip from the surface of the tower, where a blade passes the
+        tower. Columns clearance [m] (characteristic value), factor, material, deflection [m] (undeflected minus
+        clearance), left [m] (undeflected minus deflection times both factors), ratio (clearance over undeflected),
+        case, runs, lacking, fits (bool: ``left`` is positive).
       undeflected: [m] tip clearance of the undeflected rotor; NaN if it is not known.
-      lines: index (channel, row), of tensions of mooring lines: lost (bool: a line has parted), mean and largest
-        tension [N] of the case, design [N] (characteristic value, with factors), utilisation (over the line's strength;
+      lines: index (channel, row), tensions of mooring lines: lost (bool: a line has parted), mean and largest tension
+        [N] of the case, design [N] (characteristic value, with factors), utilisation (over the strength of the line;
         NaN if that is not known), case, runs, lacking.
       signals: index (channel, end "max" or "min"): characteristic values of accelerations, rotor speed, deflections and
         other channels, without factor. Columns value, unit, case, row, runs.
@@ -103,9 +101,9 @@ class DesignLoads(Brief):
       fatigue: index channel: interface, load ("Fx" to "Mz", "M@30", "flap", "edge"), blade (0: none), and a column of
         lifetime equivalent load (range) [N, N m] for each slope (float), with ``settings.reference`` cycles.
       shares: index (channel, dlc, speed [m/s]): share in the damage, a column a slope; they sum to 1 for each channel.
-      markov: by channel, cycles of the lifetime by range and mean.
+      markov: cycles of the lifetime by range and mean, by channel.
       covered: share of the lifetime for which there are cases of fatigue; 1 if none is missing.
-      energy: of a year in production with its interval from the seeds; None without cases of production.
+      energy: annual energy in production with its interval from the seeds; None without cases of production.
       powers: index speed [m/s]: power [W] (mean), half_width [W], runs, probability, energy [J] of a year.
       stops: index row: stops in a year.
       duties: index drive: travel [rad], moving [s], starts, reversals, each in a year; rms_rate, largest_rate [rad/s],
@@ -141,23 +139,20 @@ class DesignLoads(Brief):
     duration_loads: pd.DataFrame
 
 
-def design_loads(
-    plan: Plan,
-    folder: str | Path,
-    settings: DesignSettings = STANDARD,
-) -> DesignLoads:
-    """Evaluate a load base. What is missing is no error: ``notes``, ``coverage`` and ``problems`` say what it means.
+def design_loads(plan: Plan, folder: str | Path, settings: DesignSettings = STANDARD) -> DesignLoads:
+    """Evaluate a load base. Missing cases are no error; ``notes``, ``coverage`` and ``problems`` state what follows.
 
     Args:
-      plan: of the load base.
-      folder: of the load base.
-      settings: such as ``DesignSettings(extrapolation="weibull")``.
+      plan: plan of the load base.
+      folder: folder of the load base.
+      settings: settings such as ``DesignSettings(extrapolation="weibull")``.
 
     Raises:
-      InputError: the way of extrapolation is not in the table, or the turbine or a file cannot be read.
+      InputError: the method of extrapolation is not in the table, or the turbine or a file cannot be read.
     """
     results = read_results(plan, folder, doubtful=settings.doubtful)
-    check_way(settings.extrapolation, results)
+    if settings.extrapolation in WAYS[2 + len(plan.table.extrapolation.quantiles) :]:
+        raise InputError(f"design_loads: {settings.extrapolation} is not in the table of edition {plan.table.edition}")
     turbine = aeroelastic(load_turbine(plan.campaign.turbine), "design_loads")
     interfaces, extremes = interfaces_of(turbine), Extremes(results)
     evaluation = Evaluation(results, runs_of(results), settings.extrapolation, settings.resamples, [])
@@ -166,9 +161,9 @@ def design_loads(
     if undeflected is None:
         undeflected = undeflected_clearance(build(turbine, ModelOptions(**plan.campaign.options)))
     clearance = clearance_table(evaluation, extremes, undeflected, tower_radius(turbine), settings.material)
-    fatigue = fatigue_loads(results, extremes, interfaces, tensions(turbine), settings)
+    fatigue, shares, markov = fatigue_loads(results, extremes, interfaces, tensions(turbine), settings)
     roses = rose_extremes(evaluation, extremes, interfaces)
-    roses = roses.join(rose_fatigue(fatigue.loads, interfaces, settings.slopes), how="outer") if len(roses) else roses
+    roses = roses.join(rose_fatigue(fatigue, interfaces, settings.slopes), how="outer") if len(roses) else roses
     energy, powers = energy_of(results, extremes, settings.availability)
     durations, duration_loads = durations_of(results)
     coverage = coverage_of(results)
@@ -188,9 +183,9 @@ def design_loads(
         lines=line_table(evaluation, extremes, turbine),
         signals=signals_table(evaluation, extremes),
         roses=roses,
-        fatigue=fatigue.loads,
-        shares=fatigue.shares,
-        markov=fatigue.markov,
+        fatigue=fatigue,
+        shares=shares,
+        markov=markov,
         covered=_covered(results),
         energy=energy,
         powers=powers,
@@ -202,25 +197,23 @@ def design_loads(
 
 
 def without_factor(matrix: pd.DataFrame) -> pd.DataFrame:
-    """Rows of extreme loads with their factor taken out; the column factor stays."""
-    found = matrix.copy()
-    if len(found):
-        loads = [*COMPONENTS, "F_res", "M_res"]
-        found[loads] = found[loads].div(found["factor"], axis=0)
-        found["factored"] = False
-    return found
+    """Rows of extreme loads divided by their factor; the column factor stays."""
+    if matrix.empty:
+        return matrix
+    loads = [*COMPONENTS, "F_res", "M_res"]
+    return matrix.assign(**matrix[loads].div(matrix["factor"], axis=0), factored=False)
 
 
 def _covered(results: Results) -> float:
     """Share of the planned lifetime whose conditions have cases."""
-    there = {condition_of(case) for case in results.present}
+    present = {condition_of(case) for case in results.present}
     weights = [(case.weight.share, condition_of(case)) for case in results.plan.cases if case.weight]
     whole = sum(share for share, _ in weights)
-    return sum(share for share, condition in weights if condition in there) / whole if whole > 0.0 else nan
+    return sum(share for share, condition in weights if condition in present) / whole if whole > 0.0 else nan
 
 
 def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> Iterator[str]:
-    """Sentences that belong beside the numbers."""
+    """Remarks on the numbers."""
     plan = results.plan
     yield from (f"All cases: {words.rstrip('.')}{'' if words.endswith('?') else '.'}" for words in results.common)
     if plan.campaign.quick:
@@ -244,17 +237,17 @@ def _notes(results: Results, coverage: pd.DataFrame, evaluation: Evaluation) -> 
 
 
 def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
-    """Loads of a load base over those of another one: of another controller, or those designed for.
+    """Ratios of the loads of a load base to those of another one, such as of another controller or of the design.
 
     Args:
-      base: of the numerators.
-      reference: of the denominators.
+      base: design loads in the numerators.
+      reference: design loads in the denominators.
 
     Returns:
       index (kind, interface, load), see L-41: kind "ultimate" (load: driver; with factor), "fatigue" (load: "My m=10",
       the worst blade), "clearance" (least ``left`` of all rows [m]), "motion" (largest offset [m] and tilt [rad] of a
       platform) or "energy" (of a year [J]); columns value, reference, ratio (utilisation; NaN where the reference is
-      zero), case, reference_case. What only one base has is left out.
+      zero), case, reference_case. Loads of only one base are left out.
     """
     import pandas as pd
 
@@ -270,23 +263,23 @@ def compare_bases(base: DesignLoads, reference: DesignLoads) -> pd.DataFrame:
 
 def _compared(design: DesignLoads) -> dict[tuple[str, str, str], tuple[float, str]]:
     """Value and case by kind, interface and load."""
-    found: dict[tuple[str, str, str], tuple[float, str]] = {}
+    loads: dict[tuple[str, str, str], tuple[float, str]] = {}
     for (interface, driver), row in design.ultimate.iterrows():
         column = driver.split()[0]
-        found["ultimate", interface, driver] = (float(row[column]), str(row["case"]))
+        loads["ultimate", interface, driver] = (float(row[column]), str(row["case"]))
     slopes = [name for name in design.fatigue.columns if isinstance(name, float)]
     for (interface, load), row in design.fatigue.groupby(["interface", "load"], sort=False)[slopes].max().iterrows():
-        found |= {("fatigue", interface, f"{load} m={slope:g}"): (float(row[slope]), "") for slope in slopes}
+        loads |= {("fatigue", interface, f"{load} m={slope:g}"): (float(row[slope]), "") for slope in slopes}
     if len(design.clearance):
         worst = design.clearance.sort_values("left").iloc[0]
-        found["clearance", "blade", "tip"] = (float(worst["left"]), str(worst["case"]))
+        loads["clearance", "blade", "tip"] = (float(worst["left"]), str(worst["case"]))
     for load in ("offset", "tilt"):
         if (f"platform_{load}", "max") in design.signals.index:
             row = design.signals.loc[(f"platform_{load}", "max")]
-            found["motion", "platform", f"{load} max"] = (float(row["value"]), str(row["case"]))
+            loads["motion", "platform", f"{load} max"] = (float(row["value"]), str(row["case"]))
     if design.energy is not None:
-        found["energy", "turbine", "year"] = (design.energy.energy, "")
-    return found
+        loads["energy", "turbine", "year"] = (design.energy.energy, "")
+    return loads
 
 
 TABLES = (
@@ -296,31 +289,35 @@ TABLES = (
 
 
 def design_tables(design: DesignLoads) -> dict[str, pd.DataFrame]:
-    """All results as tables by name: the frames of ``DesignLoads``, the extrapolations, the cycles, the notes."""
+    """All results as tables by name: the frames of ``DesignLoads``, extrapolations, cycles and notes."""
     import pandas as pd
 
-    found = {name: getattr(design, name) for name in TABLES}
-    found["extrapolations"] = extrapolation_table(design)
+    tables = {name: getattr(design, name) for name in TABLES}
+    tables["extrapolations"] = extrapolation_table(design)
     cycles = []
     for channel, matrix in design.markov.items():
         for i, j in zip(*matrix.counts.nonzero(), strict=True):
             ends = (*matrix.range_edges[i : i + 2], *matrix.mean_edges[j : j + 2])
             cycles.append((channel, *ends, matrix.counts[i, j]))
     head = ["channel", "range_low", "range_high", "mean_low", "mean_high", "cycles"]
-    found["markov"] = pd.DataFrame(cycles, columns=head).set_index("channel")
-    found["notes"] = pd.DataFrame({"note": list(design.notes)})
-    return found
+    tables["markov"] = pd.DataFrame(cycles, columns=head).set_index("channel")
+    tables["notes"] = pd.DataFrame({"note": list(design.notes)})
+    return tables
 
 
 def extrapolation_table(design: DesignLoads) -> pd.DataFrame:
-    """Loads of DLC 1.1 by all ways, without factor; index (interface, driver)."""
+    """Loads of DLC 1.1 by all methods of extrapolation, without factor; index (interface, driver)."""
     import pandas as pd
 
     lines = []
     for each in design.extrapolations:
         line: dict[str, object] = {"interface": each.interface, "driver": each.driver, "unit": each.unit}
-        for name, found in (("gumbel", each.gumbel), ("weibull", each.weibull)):
-            values = (nan, nan, nan) if found is None else (found.load, found.low, found.high)
+        for name, extrapolation in (("gumbel", each.gumbel), ("weibull", each.weibull)):
+            values = (
+                (nan, nan, nan)
+                if extrapolation is None
+                else (extrapolation.load, extrapolation.low, extrapolation.high)
+            )
             line |= dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
             line[f"{name} without speeds"] = ", ".join(f"{speed:g}" for speed in each.left_out[name])
         line |= {way: each.load(way) for way in WAYS[2:]} | {"largest": each.largest, "factor": each.factor}
@@ -338,7 +335,7 @@ def write_tables(design: DesignLoads, folder: str | Path) -> list[Path]:
       InputError: a file cannot be written.
     """
     tables, files, folder = design_tables(design), list[Path](), Path(folder)
-    with suppress(OSError):  # writing says why it is not there
+    with suppress(OSError):  # the message comes from writing
         folder.mkdir(parents=True, exist_ok=True)
     for name, table in tables.items():
         path = folder / f"{name}.csv"

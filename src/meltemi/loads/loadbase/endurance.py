@@ -5,6 +5,7 @@ Equations L-1 to L-10, L-30 to L-34, L-36, L-39, L-40 of ``docs/theory/design-lo
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -28,9 +29,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 RANGES, MEANS = 50, 20
-"""Bins of a Markov matrix."""
+"""Numbers of bins of a Markov matrix."""
 EXPONENTS = (3.0, 10.0 / 3.0)
-"""Of the life of ball and roller bearings."""
+"""Life exponents of ball and roller bearings."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -38,8 +39,8 @@ class MarkovMatrix(Brief):
     """Cycles of the lifetime by range and mean.
 
     Attributes:
-      range_edges: (R + 1,) in the unit of the load.
-      mean_edges: (M + 1,) in the unit of the load.
+      range_edges: (R + 1,) edges of the ranges, in the unit of the load.
+      mean_edges: (M + 1,) edges of the means, in the unit of the load.
       counts: (R, M) numbers of cycles.
     """
 
@@ -48,33 +49,23 @@ class MarkovMatrix(Brief):
     counts: Float
 
 
-@dataclass(frozen=True)
-class FatigueLoads:
-    """Lifetime equivalent loads and shares, see ``DesignLoads``."""
-
-    loads: pd.DataFrame
-    shares: pd.DataFrame
-    markov: dict[str, MarkovMatrix]
-
-
 def labels_of(interfaces: Sequence[Interface], lines: Mapping[str, str]) -> dict[str, tuple[str, str, int]]:
-    """Interface, load and blade (0: none) of each channel of fatigue; of two interfaces the first one.
+    """Interface, load and blade (0: none) of each channel of fatigue; a channel of two interfaces belongs to the first.
 
     Args:
-      interfaces: of the turbine.
       lines: names of mooring lines by the channels of their tensions.
     """
-    found: dict[str, tuple[str, str, int]] = {channel: (line, "F", 0) for channel, line in lines.items()}
+    labels: dict[str, tuple[str, str, int]] = {channel: (line, "F", 0) for channel, line in lines.items()}
     for name, members in blade_groups(interfaces).items():
         for n, each in enumerate(members, start=1):
             blade = n if len(members) > 1 else 0
             for channel, load in zip(each.channels, COMPONENTS, strict=True):
-                found.setdefault(channel, (name, load, blade))
+                labels.setdefault(channel, (name, load, blade))
             for angle in range(30, 180, 30) if each.rose else ():
-                found.setdefault(rose_channel(each, angle), (name, f"M@{angle}", blade))
+                labels.setdefault(rose_channel(each, angle), (name, f"M@{angle}", blade))
             if name == "blade_root":
-                found |= {f"root_moment_{load}_{n}": (name, load, n) for load in ("flap", "edge")}
-    return found
+                labels |= {f"root_moment_{load}_{n}": (name, load, n) for load in ("flap", "edge")}
+    return labels
 
 
 def fatigue_loads(
@@ -83,22 +74,20 @@ def fatigue_loads(
     interfaces: Sequence[Interface],
     lines: Mapping[str, str],
     settings: DesignSettings,
-) -> FatigueLoads:
-    """Equivalent loads, shares and Markov matrices of the lifetime (L-4 to L-6, L-40).
+) -> tuple[pd.DataFrame, pd.DataFrame, dict[str, MarkovMatrix]]:
+    """Equivalent loads, shares and Markov matrices of the lifetime, see ``DesignLoads`` (L-4 to L-6, L-40).
 
     Args:
-      results: of the load base.
-      extremes: of the channels; they bound ranges and means.
-      interfaces: of the turbine.
+      extremes: extremes of the channels, which bound ranges and means.
       lines: names of its mooring lines by the channels of their tensions.
       settings: slopes, reference and strengths.
 
     Raises:
-      InputError: a strength is of no channel, or a mean reaches it.
+      InputError: a strength belongs to no channel, or a mean reaches it.
     """
     import pandas as pd
 
-    slopes, reference, strengths = settings.slopes, settings.reference, settings.strengths
+    strengths, m = settings.strengths, np.array(settings.slopes, dtype=float)
     labels, repetitions = labels_of(interfaces, lines), shared_repetitions(results)
     known = {*labels, *map(family, labels)}
     for name in strengths:
@@ -109,8 +98,7 @@ def fatigue_loads(
     conditions = list(dict.fromkeys((c.dlc, c.variant.speed) for c in results.present if c.weight))
     place = np.array([conditions.index((c.dlc, c.variant.speed)) if c.weight else 0 for c in results.present])
     counted = np.array([bool(c.weight) for c in results.present], dtype=bool)
-    m = np.array(slopes, dtype=float)
-    # sums by case, and counts by equal weights, which are exact: the same bits whatever cases share a file
+    # sums by case, and counts by equal weights, are exact: their bits do not depend on which cases share a file
     weights, group = np.unique(weight, return_inverse=True)
     scales, matrices, damage = dict[str, float](), dict[str, MarkovMatrix](), dict[str, Float]()
     counts = dict[str, Float]()
@@ -136,7 +124,7 @@ def fatigue_loads(
         damage[name] = np.array([np.bincount(place, sums, len(conditions)) for sums in damage[name]])
         matrices[name].counts[:] = (weights @ counts[name]).reshape(RANGES, MEANS)
     loads = [
-        [*labels[name], *(scales[name] * (damage[name].sum(axis=1) / reference) ** (1.0 / m)).tolist()]
+        [*labels[name], *(scales[name] * (damage[name].sum(axis=1) / settings.reference) ** (1.0 / m)).tolist()]
         for name in order
     ]
     columns = ["interface", "load", "blade", *m.tolist()]
@@ -145,15 +133,16 @@ def fatigue_loads(
     index = pd.MultiIndex.from_tuples(
         [(name, *condition) for name in order for condition in conditions], names=["channel", "dlc", "speed"]
     )
-    return FatigueLoads(
+    flat = np.concatenate([x.T for x in shares] or [np.zeros((0, len(m)))])
+    return (
         pd.DataFrame(loads, index=pd.Index(order, name="channel"), columns=columns),
-        pd.DataFrame(np.concatenate([x.T for x in shares] or [np.zeros((0, len(m)))]), index=index, columns=m.tolist()),
+        pd.DataFrame(flat, index=index, columns=m.tolist()),
         {name: matrices[name] for name in order},
     )
 
 
 def _empty_matrix(low: float, high: float) -> MarkovMatrix:
-    """For a load between two values; a little wider, since ranges and means are kept rounded."""
+    """Matrix for a load between two values, a little wider, since stored ranges and means are rounded."""
     margin = 1e-3 * max(abs(low), abs(high))
     edges = np.linspace(0.0, 1.001 * (high - low), RANGES + 1), np.linspace(low - margin, high + margin, MEANS + 1)
     return MarkovMatrix(*edges, np.zeros((RANGES, MEANS)))
@@ -183,14 +172,14 @@ def rose_fatigue(fatigue: pd.DataFrame, interfaces: Sequence[Interface], slopes:
     lines = []
     for name, members in blade_groups(each for each in interfaces if each.rose).items():
         for angle in range(0, 360, 30):
-            own = [channel for each in members if (channel := rose_channel(each, angle % 180)) in fatigue.index]
-            if own:
-                lines.append((name, angle, *fatigue.loc[own, [*slopes]].max()))
+            channels = [channel for each in members if (channel := rose_channel(each, angle % 180)) in fatigue.index]
+            if channels:
+                lines.append((name, angle, *fatigue.loc[channels, [*slopes]].max()))
     return pd.DataFrame(lines, columns=["interface", "angle", *slopes]).set_index(["interface", "angle"])
 
 
 def energy_of(results: Results, extremes: Extremes, availability: float) -> tuple[AnnualEnergy | None, pd.DataFrame]:
-    """Energy of a year in production, and the power at each wind speed (L-9, L-10, L-36)."""
+    """Annual energy in production, and the power at each wind speed (L-9, L-10, L-36)."""
     import pandas as pd
 
     head = ["speed", "power", "half_width", "runs", "probability", "energy"]
@@ -202,28 +191,28 @@ def energy_of(results: Results, extremes: Extremes, availability: float) -> tupl
             strata.setdefault((case.variant.speed, case.variant.yaw or 0.0), []).append(i)
     if not strata:
         return None, pd.DataFrame(columns=head).set_index("speed")
-    shares = {results.present[i].variant.speed: 0.0 for own in strata.values() for i in own[:1]}
-    yaw = {key: results.present[own[0]].weight.yaw_share for key, own in strata.items()}  # type: ignore[union-attr]
+    shares = defaultdict[float, float](float)
+    yaw = {key: results.present[members[0]].weight.yaw_share for key, members in strata.items()}  # type: ignore[union-attr]
     for (speed, _), share in yaw.items():
         shares[speed] += share
     of_speed = dict(zip(planned, speed_shares(results.plan.campaign, planned), strict=True))
     power = extremes.values("generator_power", "mean")
-    samples = [power[own] for own in strata.values()]
+    samples = [power[members] for members in strata.values()]
     weights = [of_speed[speed] * yaw[speed, error] / shares[speed] for speed, error in strata]
     total = annual_energy(samples, weights, availability=availability)
     lines = []
     for speed in sorted(shares):
-        own = [k for k, key in enumerate(strata) if key[0] == speed]
-        part = annual_energy([samples[k] for k in own], [weights[k] for k in own], availability=availability)
+        members = [k for k, key in enumerate(strata) if key[0] == speed]
+        part = annual_energy([samples[k] for k in members], [weights[k] for k in members], availability=availability)
         seconds = YEAR * availability * of_speed[speed]
-        runs = sum(len(samples[k]) for k in own)
+        runs = sum(len(samples[k]) for k in members)
         mean, half = (part.energy / seconds, part.half_width / seconds) if seconds > 0.0 else (np.nan, np.nan)
         lines.append((speed, mean, half, runs, of_speed[speed], part.energy))
     return total, pd.DataFrame(lines, columns=head).set_index("speed")
 
 
 def production_row(results: Results) -> str | None:
-    """The row of fatigue in production that has what the other states leave of the time."""
+    """Row of fatigue in production with the time that the other states leave."""
     table = results.plan.table
     for name, row in table.rows.items():
         state = None if row.state is None else table.states[row.state]
@@ -233,78 +222,67 @@ def production_row(results: Results) -> str | None:
 
 
 def stops_of(results: Results) -> pd.DataFrame:
-    """Stops in a year, by row (L-39)."""
+    """Number of stops per year, by row (L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
     frame = results.table("cases")
-    found: dict[str, float] = {}
+    stops = defaultdict[str, float](float)
     for case in results.present:
         if case.weight:
-            number = float(frame.at[case.name, "stops"]) * repetitions[case.name] / years
-            found[case.row] = found.get(case.row, 0.0) + number
-    return pd.DataFrame({"stops": found}).rename_axis("row")
+            stops[case.row] += float(frame.at[case.name, "stops"]) * repetitions[case.name] / years
+    return pd.DataFrame({"stops": stops}).rename_axis("row")
 
 
 def duties_of(results: Results) -> pd.DataFrame:
-    """Duty of the drives in a year; see ``DesignLoads.duties`` (L-32, L-33, L-39)."""
+    """Annual duty of the drives; see ``DesignLoads.duties`` (L-32, L-33, L-39)."""
     import pandas as pd
 
     repetitions, years = shared_repetitions(results), results.plan.campaign.years
     frame = results.table("duties")
     lines = {}
-    for drive, own in frame.groupby("drive", sort=False) if len(frame) else ():
-        w = own["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float) / years
-        sums = {
-            name: float(w @ own[name].to_numpy(float)) for name in ("travel", "moving", "starts", "reversals", "time")
-        }
-        worst = own["largest_rate"].idxmax()
-        time = sums.pop("time")
-        square = float(w @ (own["time"] * own["rms_rate"] ** 2).to_numpy(float))
-        lines[drive] = sums | {
-            "rms_rate": np.sqrt(square / time) if time > 0.0 else np.nan,
-            "largest_rate": own.at[worst, "largest_rate"],
-            "case": str(own.at[worst, "case"]),
-            "moving_share": sums["moving"] / time if time > 0.0 else np.nan,
-        }
+    for drive, cases in frame.groupby("drive", sort=False) if len(frame) else ():
+        w = _weights(cases, repetitions) / years
+        names = ("time", "travel", "moving", "starts", "reversals")
+        time, *sums = (float(w @ cases[name].to_numpy(float)) for name in names)
+        square = float(w @ (cases["time"] * cases["rms_rate"] ** 2).to_numpy(float))
+        rms, moving = (np.sqrt(square / time), sums[1] / time) if time > 0.0 else (np.nan, np.nan)
+        worst = cases.loc[cases["largest_rate"].idxmax()]
+        lines[drive] = [*sums, rms, worst["largest_rate"], str(worst["case"]), moving]
     head = "travel moving starts reversals rms_rate largest_rate case moving_share".split()
     return pd.DataFrame.from_dict(lines, orient="index", columns=head).rename_axis("drive")
+
+
+def _weights(rows: pd.DataFrame, repetitions: Mapping[str, float]) -> Float:
+    """Occurrences in the lifetime of the case of each row; 0 for cases that do not count."""
+    return rows["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float)
 
 
 def durations_of(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Load-duration distributions of the lifetime, and their equivalent loads (L-30, L-31).
 
-    Levels below the largest one over 2^8 are one level, as they are in each case.
+    Levels below the largest one over 2^8 are one level, as in the results of each case.
     """
     import pandas as pd
 
     repetitions = shared_repetitions(results)
     frame = results.table("durations")
+    head = ["load", "low", "high", "time", "revolutions"]
     parts, loads = [], {}
-    for load, own in frame.groupby("load", sort=False) if len(frame) else ():
-        w = own["case"].astype(str).map(repetitions).fillna(0.0).to_numpy(float)
-        own = own[w > 0.0]
-        if not len(own):
+    for load, cases in frame.groupby("load", sort=False) if len(frame) else ():
+        cases = cases.assign(weight=_weights(cases, repetitions)).query("weight > 0")
+        if cases.empty:
             continue
-        w = w[w > 0.0]
-        low, high = own["low"].to_numpy(float), own["high"].to_numpy(float)
+        low, high, weight, *amounts = cases[["low", "high", "weight", "time", "revolutions"]].to_numpy(float).T
         small = max(-low.min(), high.max()) / 2.0**OCTAVES
         about = (np.abs(low) <= small * (1.0 + 1e-9)) & (np.abs(high) <= small * (1.0 + 1e-9))
-        levels = pd.DataFrame(
-            {
-                "low": np.where(about, -small, low),
-                "high": np.where(about, small, high),
-                "time": w * own["time"].to_numpy(float),
-                "revolutions": w * own["revolutions"].to_numpy(float),
-            }
-        )
+        ends = np.where(about, -small, low), np.where(about, small, high)
+        levels = pd.DataFrame(dict(zip(head[1:], (*ends, *(weight * x for x in amounts)), strict=True)))
         levels = levels.groupby(["low", "high"], as_index=False).sum()
         levels.insert(0, "load", load)
         parts.append(levels)
-        turned = levels["revolutions"].to_numpy(float)
-        if turned.sum() > 0.0:
+        if levels["revolutions"].sum() > 0.0:
             loads[load] = [_equivalent(levels, p) for p in EXPONENTS]
-    head = ["load", "low", "high", "time", "revolutions"]
     whole = pd.concat(parts) if parts else pd.DataFrame(columns=head)
     equivalent = pd.DataFrame.from_dict(loads, orient="index", columns=list(EXPONENTS)).rename_axis("load")
     return whole.set_index(head[:3]), equivalent

@@ -11,9 +11,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import astuple, dataclass, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
@@ -23,9 +24,9 @@ from meltemi.core.shown import Shown
 from meltemi.core.threads import available_cores
 from meltemi.loadcases.batch import Batch
 from meltemi.loadcases.store import Outcome
-from meltemi.loads.loadbase.jobs import Job, Row, Workshop, check_key, jobs_of
+from meltemi.loads.loadbase.jobs import CaseRow, Job, Workshop, check_key, jobs_of, names_by_key
 from meltemi.loads.loadbase.plan import Plan
-from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.store import ResultStore
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
@@ -33,24 +34,23 @@ if TYPE_CHECKING:
     import pandas as pd
 
 GROUP = 10800.0
-"""[s] simulated by a group of cases: about 15 s of one core."""
+"""Time [s] simulated by a group of cases: about 15 s of one core."""
 KEPT = 30.0
-"""[s] after which finished cases are written, though they are no group yet: no more is lost to a full disk."""
+"""Time [s] after which finished cases are written, though they are no group yet: no more is lost to a full disk."""
 MOST_GROUPS = 2000
-"""Larger load bases have larger groups."""
+"""Largest number of groups; larger load bases have larger groups."""
+MOST_PROBLEMS = 50
+"""Largest number of messages that a notebook shows."""
 LOCAL = "local"
-"""In the place of a scheduler's address: worker processes of this machine."""
+"""Address that stands for worker processes of this machine."""
 AHEAD = 2
-"""Groups a worker of a cluster is given before it has finished the first."""
+"""Number of groups that a worker of a cluster receives before it has finished the first."""
 
-Finished = Callable[[Sequence[Row]], None]
+Finished = Callable[[Sequence[CaseRow]], None]
 
 
-class Backend(Protocol):
-    """Runs groups of jobs and hands over their rows."""
-
-    def __call__(self, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
-        """Take group after group; ``finished`` is called from the calling thread."""
+Backend = Callable[[Iterable[Sequence[Job]], Finished], None]
+"""Runs group after group of jobs, and hands over their rows to ``finished`` from the calling thread."""
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,8 @@ class Progress:
     """State of a run of a load base.
 
     Attributes:
-      done, total: cases.
-      share: of the simulated time.
+      done, total: numbers of cases.
+      share: completed share of the simulated time.
       seconds_left: estimate [s] of wall time; None before the first case.
     """
 
@@ -67,10 +67,6 @@ class Progress:
     total: int
     share: float
     seconds_left: float | None
-
-
-MOST_PROBLEMS = 50
-"""Messages that a notebook shows."""
 
 
 @dataclass(frozen=True)
@@ -88,12 +84,12 @@ class DlcStatus:
 
 @dataclass(frozen=True, repr=False)
 class BaseStatus(Shown):
-    """What is there of a load base.
+    """State of a load base.
 
     Attributes:
-      dlcs: by row of the load case table, as in the plan.
+      dlcs: numbers of cases by row of the load case table, as in the plan.
       problems: messages of cases that failed or are doubtful, by name.
-      hours: [h] of simulated time that is missing.
+      hours: [h] simulated time that is missing.
       unreadable: files that count as missing, with the reason.
       outdated: number of results of other inputs, such as an earlier controller.
     """
@@ -125,18 +121,18 @@ class BaseStatus(Shown):
 
     @property
     def done(self) -> int:
-        """Cases that are there, failed ones included."""
+        """Cases with results, failed ones included."""
         return self.total - sum(row.missing for row in self.dlcs)
 
     @property
     def failed(self) -> int:
-        """Cases without loads: their run did not reach its end."""
+        """Number of cases without loads, since their run did not reach its end."""
         return sum(row.failed for row in self.dlcs)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """How the missing runs of a load base or of a surrogate are made.
+    """Execution of the missing runs of a load base or of a surrogate.
 
     Attributes:
       shard: number k, from 1, and N: only every N-th case, beginning with the k-th.
@@ -169,8 +165,8 @@ class BaseRun(Execution):
     """Runs of a load base.
 
     Attributes:
-      plan: of the load base.
-      folder: of the load base; results are written to ``results`` in it.
+      plan: plan of the load base.
+      folder: folder of the load base; results are written to ``results`` in it.
     """
 
     plan: Plan
@@ -178,46 +174,46 @@ class BaseRun(Execution):
 
 
 @arguments_of(BaseRun)
-def run_base(asked: BaseRun) -> BaseStatus:
+def run_base(run: BaseRun) -> BaseStatus:
     """Run the cases of a load base that are missing; the arguments are the fields of :class:`BaseRun`.
 
     Returns:
-      What is there now, of all cases.
+      State of all cases after the runs.
 
     Raises:
       InputError: ``shard`` or ``device`` is not valid, a file cannot be read or written, or Dask is not installed.
       KeyboardInterrupt: Ctrl-C; what was finished is kept.
     """
-    jobs, store = jobs_of(asked.plan), Store(asked.folder)
-    run_jobs(jobs, store, asked)
-    return status_of(asked.plan, jobs, store)
+    jobs, store = jobs_of(run.plan), ResultStore(run.folder)
+    run_jobs(jobs, store, run)
+    return status_of(run.plan, jobs, store)
 
 
-def run_jobs(jobs: Sequence[Job], store: Store, how: Execution) -> None:
+def run_jobs(jobs: Sequence[Job], store: ResultStore, how: Execution) -> None:
     """Run the jobs whose results are missing in a store; errors as for :func:`run_base`."""
     store.tidy()
     k, n = how.shard
-    own = list({job.key: job for job in jobs[k - 1 :: n]}.values())
-    count = _Count(own, how.progress)
+    selected = list({job.key: job for job in jobs[k - 1 :: n]}.values())
+    count = _Count(selected, how.progress)
 
     def missing(job: Job) -> bool:
         place = store.places.get(job.key)
         return place is None or (how.retry and not place.status.complete and job.key not in count.keys)
 
     def groups() -> Iterator[list[Job]]:
-        for group in grouped([job for job in own if missing(job)]):
+        for group in grouped([job for job in selected if missing(job)]):
             store.refresh()
             if left := [job for job in group if missing(job)]:
                 yield left
             count.keys |= {job.key for job in group} - {job.key for job in left}
 
-    def finished(rows: Sequence[Row]) -> None:
+    def finished(rows: Sequence[CaseRow]) -> None:
         store.write(rows)
         count.add({row.key for row in rows})
 
-    count.begin({job.key for job in own if not missing(job)})
+    count.keys |= {job.key for job in selected if not missing(job)}
     threads = OnThreads(how.workers, how.device, lambda seconds: count.add(set(), seconds))
-    backend: Backend = threads if how.dask is None else OnDask(how.dask)
+    backend: Backend = threads if how.dask is None else partial(run_on_dask, how.dask)
     backend(groups(), finished)
     store.refresh()
 
@@ -225,17 +221,17 @@ def run_jobs(jobs: Sequence[Job], store: Store, how: Execution) -> None:
 def grouped(jobs: Sequence[Job]) -> list[list[Job]]:
     """Groups of consecutive jobs, in random order."""
     size = max(GROUP, sum(job.seconds for job in jobs) / MOST_GROUPS)
-    found: list[list[Job]] = [[]]
+    groups: list[list[Job]] = [[]]
     for job in jobs:
-        found[-1].append(job)
-        if sum(each.seconds for each in found[-1]) >= size:
-            found.append([])
-    random.shuffle(found)
-    return [group for group in found if group]
+        groups[-1].append(job)
+        if sum(each.seconds for each in groups[-1]) >= size:
+            groups.append([])
+    random.shuffle(groups)
+    return [group for group in groups if group]
 
 
 class _Count:
-    """Counts what is done, and estimates the time left."""
+    """Count of finished cases, with an estimate of the time left."""
 
     def __init__(self, jobs: Sequence[Job], progress: Callable[[Progress], None] | None) -> None:
         self.seconds = {job.key: job.seconds for job in jobs}
@@ -244,19 +240,14 @@ class _Count:
         self.before = 0.0
         self.began: float | None = None
 
-    def begin(self, keys: set[str]) -> None:
-        self.keys |= keys
-
-    def _done(self) -> float:
-        return sum(self.seconds[key] for key in list(self.keys))  # other threads add to them
-
     def add(self, keys: set[str], under_way: float = 0.0) -> None:
         """Count finished cases; ``under_way`` [s] are simulated, but not yet written."""
         self.keys |= keys
         if self.progress is None:
             return
-        whole, done = sum(self.seconds.values()), self._done() + under_way
-        if self.began is None:  # what came before the end of the first case, such as compilation, comes once
+        # a copy, since other threads add keys
+        whole, done = sum(self.seconds.values()), sum(self.seconds[key] for key in list(self.keys)) + under_way
+        if self.began is None:  # work before the end of the first case, such as compilation, occurs once
             self.before, self.began = done, perf_counter()
         spent, gained = perf_counter() - self.began, done - self.before
         left = spent * (whole - done) / gained if gained > 0.0 else None
@@ -283,7 +274,7 @@ class OnThreads:
         Raises:
           KeyboardInterrupt: Ctrl-C, after the rows of the finished cases were handed over.
         """
-        shop, rows, jobs, kept = Workshop(), list[Row](), dict[str, Job](), perf_counter()
+        shop, rows, jobs, kept = Workshop(), list[CaseRow](), dict[str, Job](), perf_counter()
 
         def runs() -> Iterator[Run]:
             for group in groups:
@@ -292,7 +283,7 @@ class OnThreads:
                         run = shop.run(job)
                     except Exception as error:  # of one case
                         words = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
-                        rows.append(Row(job.name, job.key, Status.FAILED, words))
+                        rows.append(CaseRow(job.name, job.key, Status.FAILED, words))
                         continue
                     jobs[job.name] = job
                     yield run
@@ -300,7 +291,7 @@ class OnThreads:
         def done(outcome: Outcome) -> None:
             job = jobs.pop(outcome.name)
             if outcome.status is not Status.INTERRUPTED:
-                rows.append(outcome.value or Row(job.name, job.key, outcome.status, outcome.message))
+                rows.append(outcome.value or CaseRow(job.name, job.key, outcome.status, outcome.message))
             together = sum(row.simulated for row in rows)
             if together >= GROUP or perf_counter() - kept >= KEPT:
                 hand_over()
@@ -309,8 +300,8 @@ class OnThreads:
 
         def hand_over() -> None:
             nonlocal kept
-            if taken := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
-                finished(taken)
+            if finished_rows := [rows.pop(0) for _ in range(len(rows))]:  # other threads may add to them
+                finished(finished_rows)
             kept = perf_counter()
 
         batch = Batch(runs(), reduce=shop.row, workers=self.workers, done=done, device=self.device)
@@ -320,78 +311,72 @@ class OnThreads:
             raise KeyboardInterrupt
 
 
-@dataclass(frozen=True)
-class OnDask:
-    """Backend: a Dask cluster.
+def run_on_dask(address: str, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
+    """Backend: a Dask cluster. A group whose worker dies runs on another one.
 
-    Attributes:
-      address: of its scheduler, or ``local``: one worker process for each core.
-    """
-
-    address: str
-
-    def __call__(self, groups: Iterable[Sequence[Job]], finished: Finished) -> None:
-        """Run all groups; a group whose worker dies runs on another one.
-
-        Raises:
-          InputError: Dask is not installed, there is no scheduler at the address, or groups could not be run.
-        """
-        need("--dask", "distributed")
-        from distributed import Client, LocalCluster, as_completed
-
-        cores, cluster = available_cores(), None
-        if self.address == LOCAL:
-            cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)
-        try:
-            client = Client(cluster or self.address)
-        except (OSError, ValueError) as error:
-            raise InputError(f"--dask {self.address}: no scheduler there ({error})") from None
-        lost: list[str] = []
-        with cluster or nullcontext(), client:
-            waiting = iter(groups)
-            flying = as_completed()
-
-            def send() -> None:
-                if group := next(waiting, None):
-                    flying.add(client.submit(compute, group, pure=False))
-
-            for _ in range(AHEAD * max(sum(client.nthreads().values()), cores if cluster else 1)):
-                send()
-            for future in flying:
-                if future.status == "finished":
-                    finished(future.result())
-                else:
-                    lost.append(str(future.exception()))
-                send()
-        if lost:
-            raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
-
-
-def compute(jobs: Sequence[Job]) -> list[Row]:
-    """Rows of jobs, one after the other: what a worker of a cluster does.
+    Args:
+      address: address of the scheduler, or ``local``: one worker process for each core.
+      groups: groups of jobs.
+      finished: called with the rows of each group.
 
     Raises:
-      InputError: this process has other files or another version than the one that made the jobs.
+      InputError: Dask is not installed, there is no scheduler at the address, or groups could not be run.
+    """
+    need("--dask", "distributed")
+    from distributed import Client, LocalCluster, as_completed
+
+    cores, cluster = available_cores(), None
+    if address == LOCAL:
+        cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)
+    try:
+        client = Client(cluster or address)
+    except (OSError, ValueError) as error:
+        raise InputError(f"--dask {address}: no scheduler there ({error})") from None
+    lost: list[str] = []
+    with cluster or nullcontext(), client:
+        waiting, running = iter(groups), as_completed()
+
+        def send() -> None:
+            if group := next(waiting, None):
+                running.add(client.submit(compute, group, pure=False))
+
+        for _ in range(AHEAD * max(sum(client.nthreads().values()), cores if cluster else 1)):
+            send()
+        for future in running:
+            if future.status == "finished":
+                finished(future.result())
+            else:
+                lost.append(str(future.exception()))
+            send()
+    if lost:
+        raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
+
+
+def compute(jobs: Sequence[Job]) -> list[CaseRow]:
+    """Rows of jobs, run one after the other by a worker of a cluster.
+
+    Raises:
+      InputError: this process has other files or another version than the process of the jobs.
     """
     known: dict[str, str] = {}
     for job in jobs:
         check_key(job, known)
-    rows: list[Row] = []
+    rows: list[CaseRow] = []
     OnThreads(workers=1)([jobs], rows.extend)
     return rows
 
 
 def base_status(plan: Plan, folder: str | Path) -> BaseStatus:
-    """What is there of a load base.
+    """State of a load base: numbers of completed, failed and missing cases.
 
     Raises:
       InputError: the turbine or a file of the controller cannot be read.
     """
-    return status_of(plan, jobs_of(plan), Store(folder))
+    return status_of(plan, jobs_of(plan), ResultStore(folder))
 
 
-def status_of(plan: Plan, jobs: Sequence[Job], store: Store) -> BaseStatus:
-    """What is there of the jobs of a plan."""
+def status_of(plan: Plan, jobs: Sequence[Job], store: ResultStore) -> BaseStatus:
+    """State of the jobs of a plan."""
     keys = {job.name: job.key for job in jobs}
     counts: dict[str, Counter[str]] = {}
     for case in plan.cases:
@@ -414,33 +399,30 @@ def status_of(plan: Plan, jobs: Sequence[Job], store: Store) -> BaseStatus:
 def base_table(
     plan: Plan, folder: str | Path, what: str = "cases", channels: Sequence[str] | None = None
 ) -> pd.DataFrame:
-    """A table of the results of a load base: those of the cases of the plan that are there, in its order.
+    """A table of the results of a load base: those of the completed cases of the plan, in the order of the plan.
 
     Args:
-      plan: of the load base.
-      folder: of the load base.
+      plan: plan of the load base.
+      folder: folder of the load base.
       what: ``cases`` (status, messages, times), ``statistics`` (of each channel), ``extremes`` (with contemporaneous
         loads), ``durations`` (of loads), ``duties`` (of drives), or ``cycles`` (of loads, for fatigue).
       channels: only these, for statistics and cycles.
 
     Returns:
-      SI units; a row a case, with its name as index, or several rows with the column "case".
+      table in SI units; one row for each case, with its name as index, or several rows with the column "case".
 
     Raises:
       InputError: there is no such table, or a file cannot be read.
     """
-    keys: dict[str, list[str]] = {}
-    for job in jobs_of(plan):
-        keys.setdefault(job.key, []).append(job.name)
-    return Store(folder).table(keys, what, channels)
+    return ResultStore(folder).table(names_by_key(jobs_of(plan)), what, channels)
 
 
 def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = None) -> Result:
     """Simulate a case of a load base again, with exactly the same numbers.
 
     Args:
-      plan: of the load base.
-      name: of the case.
+      plan: plan of the load base.
+      name: name of the case.
       progress: callback with the completed fraction.
 
     Raises:
@@ -450,18 +432,18 @@ def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = 
     if case.unsupported:
         raise InputError(f"{name} cannot run yet: {case.unsupported}")
     job = next(job for job in jobs_of(plan) if job.name == name)
-    found: list[Result] = []
-    batch = Batch([Workshop(hashed=True).run(job)], reduce=found.append, workers=1, progress=progress)
+    results: list[Result] = []
+    batch = Batch([Workshop(hashed=True).run(job)], reduce=results.append, workers=1, progress=progress)
     outcomes = batch.run()
     if batch.interrupted:
         raise KeyboardInterrupt
-    if not found:
+    if not results:
         raise InputError(f"{name}: {outcomes[0].message}")
-    return found[0]
+    return results[0]
 
 
 def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> bool | None:
-    """Whether a result has exactly the statistics that the load base has of its case; None if it has none."""
+    """Whether a result equals the statistics of its case in the load base exactly; None if there are none."""
     kept = base_table(replace(plan, cases=(plan.case(name),)), folder, "statistics", result.names).set_index("channel")
     if kept.empty:
         return None

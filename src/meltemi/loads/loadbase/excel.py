@@ -1,4 +1,7 @@
-"""Load case tables as Excel files: sheets ``cases``, ``faults`` and ``values``, to be edited and read again."""
+"""Changes of a load case table from a YAML or an Excel file, and tables as Excel files to be edited and read again.
+
+An Excel file has the sheets ``cases``, ``faults`` and ``values``.
+"""
 
 from __future__ import annotations
 
@@ -13,18 +16,36 @@ from zipfile import ZipFile
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import validated
-from meltemi.loads.loadbase.table import Fault, LoadTable, Row, load_table
+from meltemi.core.yamlfile import parse, read_text, validated
+from meltemi.loads.loadbase.table import Fault, LoadCaseRow, LoadTable, load_table
 from meltemi.reports.workbook import openpyxl, save_workbook
 
 LARGEST = 20_000_000
-"""[bytes] of a file."""
+"""Largest size [bytes] of a file."""
 LARGEST_CONTENT = 50_000_000
-"""[bytes] of its parts, unpacked: some 10 s; a table has 0.2 MB."""
+"""Largest size [bytes] of the unpacked parts of a file: some 10 s; a table has 0.2 MB."""
 MOST_ROWS = 20_000
 PARTS = ("defaults", "factors", "extrapolation", "states")
 """Parts of a table whose values are in the sheet ``values``."""
 HEAD = ("part", "key", "value")
+
+
+def read_changes(path: str | Path, edition: int | str = 4) -> dict[str, Any]:
+    """Changes of a table from a YAML file, or from an Excel file, compared with the edition.
+
+    Raises:
+      InputError: the file cannot be read, or its changes are not valid.
+    """
+    path = Path(path)
+    if path.suffix.lower() == ".xlsx":
+        changes, text = read_excel(path, edition), None
+    else:
+        text = read_text(path)
+        changes = parse(text, path, "changes of a load case table")
+        if given := changes.keys() & {"edition", "extends"}:
+            raise InputError(f"{path}: {', '.join(sorted(given))}: the campaign has the edition; leave it out")
+    load_table(edition, changes, str(path), text)
+    return changes
 
 
 def write_excel(table: LoadTable, path: str | Path) -> Path:
@@ -35,7 +56,7 @@ def write_excel(table: LoadTable, path: str | Path) -> Path:
     """
     path, book = Path(path), openpyxl().Workbook()
     book.remove(book.active)
-    for name, kind, records in (("cases", Row, table.rows), ("faults", Fault, table.faults)):
+    for name, kind, records in (("cases", LoadCaseRow, table.rows), ("faults", Fault, table.faults)):
         head = ["name", *kind.model_fields]
         lines = [[each, *(_cell(getattr(record, key)) for key in head[1:])] for each, record in records.items()]
         _sheet(book, name, head, lines, {key: kind.model_fields[key].description or "" for key in head[1:]})
@@ -67,7 +88,7 @@ def _sheet(book: Any, name: str, head: list[str], lines: list[list[Any]], notes:
 
 
 def _cell(value: Any) -> Any:
-    """A value as the content of a cell: text, a number, true or false; empty for nothing."""
+    """A value as the content of a cell: text, number, true or false; empty for none."""
     if isinstance(value, Record):
         value = value.content()
     if isinstance(value, tuple | list | dict):
@@ -78,17 +99,17 @@ def _cell(value: Any) -> Any:
 
 def _values(table: LoadTable) -> list[tuple[str, str, Any]]:
     """Values outside rows and faults: part, key, value."""
-    found: list[tuple[str, str, Any]] = []
+    values: list[tuple[str, str, Any]] = []
     for part in PARTS:
         record = getattr(table, part)
         named = record if isinstance(record, dict) else {"": record}
         for name, each in named.items():
-            found += [(f"{part}.{name}".rstrip("."), key, value) for key, value in each.content().items()]
-    return found
+            values += [(f"{part}.{name}".rstrip("."), key, value) for key, value in each.content().items()]
+    return values
 
 
 def read_excel(path: str | Path, edition: int | str) -> dict[str, Any]:
-    """Changes of the table of an edition that an Excel file has.
+    """Changes of the table of an edition by an Excel file.
 
     Raises:
       InputError: the file cannot be read, has other sheets or columns, or a value that is not allowed; or two rows have
@@ -100,28 +121,17 @@ def read_excel(path: str | Path, edition: int | str) -> dict[str, Any]:
         if name not in sheets:
             raise InputError(f"{path}: no sheet {name!r}; {did_you_mean(name, sheets)}")
     data: dict[str, Any] = {"edition": base.edition, "title": base.title, "source": base.source}
-    data["rows"] = _named(sheets["cases"], Row, f"{path}: sheet cases")
+    data["rows"] = _named(sheets["cases"], LoadCaseRow, f"{path}: sheet cases")
     data["faults"] = _named(sheets["faults"], Fault, f"{path}: sheet faults")
     for line, (part, key, value) in enumerate(_table(sheets["values"], HEAD, f"{path}: sheet values"), start=2):
-        keys = str(part).split(".", 1)
-        if keys[0] not in PARTS:
+        group, _, name = str(part).partition(".")
+        if group not in PARTS:
             raise InputError(f"{path}: sheet values, row {line}: no part {part!r}; {did_you_mean(str(part), PARTS)}")
-        target = data.setdefault(keys[0], {})
-        for name in keys[1:]:
-            target = target.setdefault(name, {})
-        target[str(key)] = _parsed(value, str(key))
-    for part in PARTS:
-        data[part] = _without_nothing(data.get(part, {}))
-    table = validated(data, LoadTable, str(path))
-    return differences(base, table)
-
-
-def _without_nothing(values: Mapping[str, Any]) -> dict[str, Any]:
-    return {
-        key: _without_nothing(value) if isinstance(value, Mapping) else value
-        for key, value in values.items()
-        if value is not None
-    }
+        target = data.setdefault(group, {})
+        target = target.setdefault(name, {}) if name else target
+        if (content := _parsed(value, str(key))) is not None:
+            target[str(key)] = content
+    return differences(base, validated(data, LoadTable, str(path)))
 
 
 def _read(path: Path) -> dict[str, list[tuple[Any, ...]]]:
@@ -147,7 +157,7 @@ def _read(path: Path) -> dict[str, list[tuple[Any, ...]]]:
 
 
 def _table(rows: list[tuple[Any, ...]], head: tuple[str, ...], where: str) -> list[list[Any]]:
-    """Cells below the header, in the order of ``head``; columns that are not there are empty."""
+    """Cells below the header, in the order of ``head``; missing columns are empty."""
     given = [str(name) for name in rows[0] if name is not None] if rows else []
     for name in given:
         if name not in head:
@@ -160,16 +170,16 @@ def _table(rows: list[tuple[Any, ...]], head: tuple[str, ...], where: str) -> li
 def _named(rows: list[tuple[Any, ...]], kind: type[Record], where: str) -> dict[str, dict[str, Any]]:
     """Records by name, as plain data."""
     head = ("name", *kind.model_fields)
-    found: dict[str, dict[str, Any]] = {}
+    records: dict[str, dict[str, Any]] = {}
     for line, (name, *values) in enumerate(_table(rows, head, where), start=2):
         if name is None:
             raise InputError(f"{where}, row {line}: name: missing")
         name = f"{name:.12g}" if isinstance(name, float) else str(name).strip()
-        if name in found:
+        if name in records:
             raise InputError(f"{where}, row {line}: two rows have the name {name!r}")
         given = zip(head[1:], values, strict=True)
-        found[name] = {key: _parsed(value, key) for key, value in given if value is not None}
-    return found
+        records[name] = {key: _parsed(value, key) for key, value in given if value is not None}
+    return records
 
 
 def _parsed(value: Any, key: str) -> Any:
@@ -186,22 +196,22 @@ def _parsed(value: Any, key: str) -> Any:
 
 def differences(base: LoadTable, table: LoadTable) -> dict[str, Any]:
     """Changes that turn one table into another one, as in a file of changes."""
-    found: dict[str, Any] = {}
+    differing: dict[str, Any] = {}
     if gone := [name for name in base.rows if name not in table.rows]:
-        found["without"] = gone
+        differing["without"] = gone
     for part in ("rows", "faults", "states"):
         before, after = getattr(base, part), getattr(table, part)
         changes = {name: _changes(before.get(name), record) for name, record in after.items()}
         if changes := {name: change for name, change in changes.items() if change}:
-            found[part] = changes
+            differing[part] = changes
     for part in ("defaults", "factors", "extrapolation"):
         if change := _changes(getattr(base, part), getattr(table, part)):
-            found[part] = change
-    return found
+            differing[part] = change
+    return differing
 
 
 def _changes(before: Record | None, after: Record) -> dict[str, Any]:
-    """Keys of a record that differ; of a new one those that differ from their defaults."""
+    """Keys of a record that differ; for a new record, those that differ from their defaults."""
     new = after.model_dump(mode="json")
     if before is None:
         return after.model_dump(mode="json", exclude_defaults=True)

@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from itertools import chain
 
 from meltemi.compiler import MAX_LINES
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group
 from meltemi.turbine.definition import Turbine
 
 BLADE_STATIONS = (0.25, 0.5, 0.75)
-"""Of the length of the blade, from the root."""
+"""Stations with loads over the length of the blade, from the root."""
 TOWER_STATIONS = (0.5,)
-"""Of the length of the tower, from its base."""
+"""Stations with loads over the length of the tower, from its base."""
 SIX = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 TURNED = (30, 60, 120, 150)
-"""[deg] directions of a rose of moments besides those of its components."""
+"""Directions [deg] of a rose of moments besides those of the two components."""
 OTHERS = (
     "wind_x rotor_speed generator_speed generator_torque generator_power azimuth tower_top_acceleration_x "
     "tower_top_acceleration_y tower_top_fore_aft tower_top_side_side nacelle_yaw operating_state brake_torque"
@@ -24,10 +24,8 @@ OTHERS = (
 OF_BLADES = (
     "pitch pitch_rate root_moment_flap root_moment_edge tip_out_of_plane tip_in_plane tip_clearance tip_twist"
 ).split()
-
-
 MOTIONS = tuple(f"platform_{name}" for name in "surge sway heave roll pitch yaw offset tilt".split())
-"""Of a floating platform."""
+"""Channels of the motions of a floating platform."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +33,8 @@ class Interface:
     """A point with three forces and three moments.
 
     Attributes:
-      name: such as ``tower_base``.
-      channels: of Fx, Fy, Fz, Mx, My, Mz.
+      name: name such as ``tower_base``.
+      channels: channels of Fx, Fy, Fz, Mx, My, Mz.
       plane: transverse axes, ``xy`` or ``yz``.
       rose: whether its moments are evaluated by direction.
       speed: channel of the speed at which its bearing turns; empty without one.
@@ -51,28 +49,31 @@ class Interface:
 
 def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
     """All interfaces of a turbine, from the blades to the tower base."""
-    found = []
+
+    def six(stem: str, blade: str = "", names: Sequence[str] = SIX) -> tuple[str, ...]:
+        return tuple(f"{stem}_{name}{blade}" for name in names)
+
+    interfaces = []
     for b in range(1, turbine.n_blades + 1):
-        names = (*SIX[:3], "moment_in_plane", "moment_out_of_plane", "moment_torsion")
-        root = tuple(f"root_{name}_{b}" for name in names)
-        found.append(Interface(f"blade_root_{b}", root, rose=True, speed=f"pitch_rate_{b}"))
+        root = six("root", f"_{b}", (*SIX[:3], "moment_in_plane", "moment_out_of_plane", "moment_torsion"))
+        interfaces.append(Interface(f"blade_root_{b}", root, rose=True, speed=f"pitch_rate_{b}"))
         for n in range(1, len(BLADE_STATIONS) + 1):
-            found.append(Interface(f"blade_station_{n}_{b}", tuple(f"station_{n}_{name}_{b}" for name in SIX)))
+            interfaces.append(Interface(f"blade_station_{n}_{b}", six(f"station_{n}", f"_{b}")))
     thrust, torque = ("rotor_thrust",), ("rotor_torque",)
     fixed = (*thrust, "shaft_force_y", "shaft_force_z", *torque, "shaft_tilt_moment", "shaft_yaw_moment")
     turning = (*thrust, "shaft_rotating_force_y", "shaft_rotating_force_z", *torque, "shaft_moment_y", "shaft_moment_z")
-    found.append(Interface("hub_fixed", fixed, "yz", speed="rotor_speed"))
-    found.append(Interface("hub_rotating", turning, "yz"))
-    found.append(Interface("yaw_bearing", tuple(f"yaw_{name}" for name in SIX)))
-    for n in range(1, len(TOWER_STATIONS) + 1):
-        found.append(Interface(f"tower_station_{n}", tuple(f"tower_station_{n}_{name}" for name in SIX)))
-    base = (*SIX[:3], "moment_side_side", "moment_fore_aft", "moment_torsion")
-    found.append(Interface("tower_base", tuple(f"tower_base_{name}" for name in base), rose=True))
+    interfaces.append(Interface("hub_fixed", fixed, "yz", speed="rotor_speed"))
+    interfaces.append(Interface("hub_rotating", turning, "yz"))
+    interfaces.append(Interface("yaw_bearing", six("yaw")))
+    tower = [f"tower_station_{n}" for n in range(1, len(TOWER_STATIONS) + 1)]
+    interfaces += [Interface(name, six(name)) for name in tower]
+    base = six("tower_base", names=(*SIX[:3], "moment_side_side", "moment_fore_aft", "moment_torsion"))
+    interfaces.append(Interface("tower_base", base, rose=True))
     if turbine.support is not None:
-        for n in range(1, len(turbine.support.load_stations) + 1):
-            found.append(Interface(f"pile_station_{n}", tuple(f"pile_station_{n}_{name}" for name in SIX)))
-        found.append(Interface("mudline", tuple(f"mudline_reaction_{name}" for name in SIX), rose=True))
-    return tuple(found)
+        piles = [f"pile_station_{n}" for n in range(1, len(turbine.support.load_stations) + 1)]
+        interfaces += [Interface(name, six(name)) for name in piles]
+        interfaces.append(Interface("mudline", six("mudline_reaction"), rose=True))
+    return tuple(interfaces)
 
 
 def tensions(turbine: Turbine) -> dict[str, str]:
@@ -85,7 +86,7 @@ def known_channels(blades: int) -> dict[str, Channel]:
     """Channels with up to 9 stations of blades and tower, 40 of the pile, and all mooring lines."""
     lines = channels_of_group("line", MAX_LINES)
     sea = (*channels_of_group("sea"), *channels_of_group("pile_station", 40), *channels_of_group("platform"), *lines)
-    return catalogue(Contents(blades, blade_stations=9, tower_stations=9, further=sea))
+    return catalogue(ChannelSet(blades, blade_stations=9, tower_stations=9, further=sea))
 
 
 def recorded(turbine: Turbine, interfaces: Sequence[Interface]) -> tuple[str, ...]:

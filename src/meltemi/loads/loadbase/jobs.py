@@ -1,4 +1,4 @@
-"""Cases of a load base as they run: key, run, and the row that is kept."""
+"""Jobs of a load base: key, run and reduced result of each case."""
 
 from __future__ import annotations
 
@@ -37,18 +37,18 @@ from meltemi.wind.fields import SteadyWind, Wind, WindBox
 from meltemi.wind.turbulent import AnyWind, TurbulentWind, realised
 
 REDUCTION = 3
-"""Increased by every change of how cases begin, of what is kept of them, and of defaults that their content omits."""
+"""Version of the reduction, increased with every change of starts, of reduced results, and of omitted defaults."""
 FIRST = 2.0
-"""[s] of the wind over the rotor that give the speed in which a case of production begins."""
+"""Time [s] of the wind over the rotor whose mean is the speed in which a case of production begins."""
 WITHOUT_CONTROL = (
     *("pitch.reference_speed", "pitch.minimum", "pitch.maximum"),
     *("torque.rated_power", "torque.rated_speed", "torque.maximum_torque"),
 )
-"""Settings of the turbine's control that a run without control depends on."""
+"""Settings of the control on which a run without controller depends."""
 OF_RUN = ("wind", "controller", "start", "duration", "transient", "events", "grid", "sea")
 """Keys of a case on which its model does not depend."""
 MOST_MODELS = 16
-"""Models and controllers that are kept for further cases."""
+"""Largest number of models, and of controllers, that are kept for further cases."""
 T = TypeVar("T")
 WITH_FILES = ("bladed", "python")
 """Kinds of controllers that depend on files."""
@@ -59,11 +59,11 @@ class Job:
     """A case of a load base, ready to run anywhere.
 
     Attributes:
-      name: of the planned case.
-      key: hash of its resolved input, of the version of the physics, and of what is kept.
-      content: of its case file.
+      name: name of the planned case.
+      key: hash of its resolved input, of the version of the physics, and of the reduction.
+      content: content of its case file.
       cycles: whether cycles are counted, for fatigue.
-      slopes: of load channels; if given, only their equivalent loads and the statistics are kept.
+      slopes: S-N slopes of load channels; if given, only equivalent loads and statistics are kept.
     """
 
     name: str
@@ -74,20 +74,20 @@ class Job:
 
     @property
     def seconds(self) -> float:
-        """[s] simulated."""
+        """Simulated time [s]."""
         return float(self.content["duration"])
 
 
 @dataclass(frozen=True)
-class Row:
-    """What is kept of a case.
+class CaseRow:
+    """Stored result of a case.
 
     Attributes:
-      name, key: of the case.
-      status, message, warnings: of its run.
-      simulated: [s], including the initial transient.
-      wind_seconds, simulation_seconds, reduction_seconds: [s] of processor time.
-      version: of meltemi.
+      name, key: name and key of the case.
+      status, message, warnings: outcome of its run.
+      simulated: [s] simulated time, including the initial transient.
+      wind_seconds, simulation_seconds, reduction_seconds: [s] processor times.
+      version: version of meltemi.
       reduced: statistics and loads; None for a run that did not reach its end.
     """
 
@@ -111,12 +111,20 @@ def jobs_of(plan: Plan) -> list[Job]:
       InputError: the turbine or a file of the controller cannot be read.
     """
     known: dict[str, str] = {}
-    found = []
+    jobs = []
     for case in plan.cases:
         if not case.unsupported:
             content, cycles = case.content, case.type == "fatigue"
-            found.append(Job(case.name, case_key(content, cycles, known), content, cycles))
-    return found
+            jobs.append(Job(case.name, case_key(content, cycles, known), content, cycles))
+    return jobs
+
+
+def names_by_key(jobs: Iterable[Job]) -> dict[str, list[str]]:
+    """Names of the cases of each key; cases of equal input have one key."""
+    names: dict[str, list[str]] = {}
+    for job in jobs:
+        names.setdefault(job.key, []).append(job.name)
+    return names
 
 
 def case_key(
@@ -125,10 +133,10 @@ def case_key(
     """Key of a case.
 
     Args:
-      content: of its case file; paths are absolute.
+      content: content of its case file; paths are absolute.
       cycles: whether cycles are counted.
       known: hashes of turbines and files, filled as they are needed.
-      slopes: of load channels, see :class:`Job`.
+      slopes: S-N slopes of load channels, see :class:`Job`.
 
     Raises:
       InputError: the turbine or a file of the controller cannot be read.
@@ -143,8 +151,8 @@ def case_key(
     controlled = controller["kind"] != "fixed"
     if controller["kind"] in WITH_FILES:
         controller = hashed(specification(controller), once)
-    own = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
-    given = [*code_identity(), REDUCTION, cycles, content | {"turbine": own, "controller": controller}]
+    turbine_hash = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
+    given = [*code_identity(), REDUCTION, cycles, content | {"turbine": turbine_hash, "controller": controller}]
     given += [{"equivalent": slopes}] if slopes else []
     return hashlib.sha256(json.dumps(given, sort_keys=True).encode()).hexdigest()[:24]
 
@@ -161,20 +169,20 @@ def _turbine_hash(name: str, controlled: bool) -> str:
 
 @dataclass(frozen=True, repr=False)
 class CaseField(WindBox):
-    """The wind of a case, known by the key of the case."""
+    """Wind of a case, identified by the key of the case."""
 
     key: str = ""
 
     def __post_init__(self) -> None:
-        """It was checked when it was made."""
+        """The original field was already checked."""
 
     def content_hash(self) -> str:
-        """The key of its case."""
+        """Key of the case."""
         return self.key
 
 
 class Workshop:
-    """Makes the runs of jobs, and their rows. Cases of the same turbine and options share a model.
+    """Runs of jobs, and their rows. Cases of the same turbine and options share a model.
 
     Args:
       hashed: whether results have a hash of the velocities of their wind, which takes a tenth of the time of a run.
@@ -188,7 +196,7 @@ class Workshop:
         self.first: dict[str, SteadyWind] = {}
 
     def run(self, job: Job) -> Run:
-        """The run of a job; its wind is made when its turn comes.
+        """The run of a job; its wind is computed when the run begins.
 
         Raises:
           InputError: its content is not valid.
@@ -204,31 +212,34 @@ class Workshop:
 
         model = _once(self.models, group, built)
         blade, tower = stations(model.turbine)
-        own: dict[str, Any] = {"blade_stations": blade, "tower_stations": tower}
-        own["channels"] = recorded(model.turbine, interfaces_of(model.turbine))
-        case = validated(content | ({} if job.slopes else own), LoadCase, job.name)
+        recording: dict[str, Any] = {"blade_stations": blade, "tower_stations": tower}
+        recording["channels"] = recorded(model.turbine, interfaces_of(model.turbine))
+        case = validated(content | ({} if job.slopes else recording), LoadCase, job.name)
         law = json.dumps([group, content["controller"], content.get("start")], sort_keys=True)
         controller = _once(self.controllers, law, lambda: case_controller(case, model, Path()))
         run = case_run(case, model.turbine, Path(), model=model, controller=controller)
 
         def start() -> Any:
-            wind = self.first.pop(job.name, None)
-            return run.start if wind is None else begin_of(wind, model, run.start)
+            begin: Any = run.start
+            if (wind := self.first.pop(job.name, None)) is None:
+                return begin
+            point, words = initial_state(model, wind, begin)  # computed once for all cases that share it
+            return point if isinstance(point, OperatingPoint) and words == point.warnings else begin
 
         return replace(run, name=job.name, start=start, wind=lambda: self._wind(job, run, model.turbine))
 
     def _wind(self, job: Job, run: Run, turbine: Turbine) -> Wind:
         began, wind = thread_time(), cast("AnyWind", run.wind)
-        found = realised(wind, turbine, job.seconds)
+        field = realised(wind, turbine, job.seconds)
         if isinstance(wind, TurbulentWind):
-            self.first[job.name] = first_wind(found, steady_wind(wind, turbine.hub_height), run.start, turbine)
-        if isinstance(found, WindBox) and not self.hashed:
-            found = CaseField(**{each.name: getattr(found, each.name) for each in fields(found)}, key=job.key)
+            self.first[job.name] = first_wind(field, steady_wind(wind, turbine.hub_height), run.start, turbine)
+        if isinstance(field, WindBox) and not self.hashed:
+            field = CaseField(**{each.name: getattr(field, each.name) for each in fields(field)}, key=job.key)
         self.begun[job.name] = (job, turbine, began, thread_time() - began)
-        return found
+        return field
 
-    def row(self, result: Result) -> Row:
-        """The row of a result, in the thread that simulated it."""
+    def row(self, result: Result) -> CaseRow:
+        """The row of a result; called in the thread that simulated it."""
         job, turbine, began, wind = self.begun.pop(str(result.meta["case"]))
         ended, kept = thread_time(), None
         if result.status.complete and job.slopes:
@@ -240,11 +251,11 @@ class Workshop:
         times = (wind, ended - began - wind, thread_time() - ended)
         stop = "" if "events" in job.content else unplanned_stop(result.log)
         warnings = (*result.warnings, *filter(None, [stop]))
-        return Row(job.name, job.key, result.status, result.message, warnings, simulated, *times, reduced=kept)
+        return CaseRow(job.name, job.key, result.status, result.message, warnings, simulated, *times, reduced=kept)
 
 
 def _once(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
-    """What is known under a key, made where it is not; the first ones are dropped when they are many."""
+    """The object of a key, made if there is none; the oldest one is dropped when there are many."""
     if key not in known:
         if len(known) >= MOST_MODELS:
             del known[next(iter(known))]
@@ -253,7 +264,7 @@ def _once(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
 
 
 def unplanned_stop(log: Iterable[LogEntry]) -> str:
-    """When and why the supervisor stopped a case without events: from then on it has no loads of production."""
+    """Time and reason of a stop by the supervisor in a case without events, after which its loads are not valid."""
     for entry in log:
         if entry.source == "supervisor" and entry.what.endswith("stop"):
             return f"stopped at {entry.time:.1f} s: {entry.reason}"
@@ -261,7 +272,7 @@ def unplanned_stop(log: Iterable[LogEntry]) -> str:
 
 
 def first_wind(wind: Wind, mean: SteadyWind, start: Any, turbine: Turbine) -> SteadyWind:
-    """Wind in which a case begins: the mean one, in production with the speed that the rotor meets first.
+    """Wind in which a case begins: the mean wind, in production with the speed that the rotor meets first.
 
     A start in the mean of a gusty wind trips protections within seconds. The speed is rounded to 1 m/s, so that cases
     share starts.
@@ -274,17 +285,11 @@ def first_wind(wind: Wind, mean: SteadyWind, start: Any, turbine: Turbine) -> St
     return mean.replace(speed=max(float(round(speed)), turbine.cut_in))
 
 
-def begin_of(wind: SteadyWind, model: BladedModel, start: Any) -> Any:
-    """The start in a wind, computed once for all cases that share it."""
-    found, words = initial_state(model, wind, start)
-    return found if isinstance(found, OperatingPoint) and words == found.warnings else start
-
-
 def check_key(job: Job, known: dict[str, str]) -> None:
-    """Test that this process has the files and the version that a job's key is of.
+    """Test that this process has the files and the version from which the key of a job was computed.
 
     Raises:
-      InputError: it has not.
+      InputError: the keys differ.
     """
     if case_key(job.content, job.cycles, known, job.slopes) != job.key:
         raise InputError(

@@ -5,7 +5,9 @@ Reference: docs/guide/load-case-tables.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Literal, Self
 
@@ -22,21 +24,21 @@ FOLDER = Path(__file__).parent / "tables" / "metocean"
 Seas = Literal["normal", "joint", "severe", "1-year", "50-year"]
 Level = Literal["mean", "low", "high"]
 NEAR_SURFACE = 0.01
-"""Current at still water that the wind drives, over the mean wind speed at 10 m."""
+"""Wind-driven current at still water, over the mean wind speed at 10 m."""
 
 
 @dataclass(frozen=True)
 class Waves:
-    """The sea of a case.
+    """Sea of a case.
 
     Attributes:
       height: [m] significant wave height.
-      period: [s] of the spectrum's peak.
-      misalignment: [deg] from the wind's direction to that of the waves, clockwise from above.
-      share: of the time with this wind.
-      level: [m] of still water.
-      current: [m/s] at still water, which decreases with depth by the power law.
-      name: what distinguishes it from the other seas of its row; part of the names of cases.
+      period: [s] peak period of the spectrum.
+      misalignment: [deg] angle from the direction of the wind to that of the waves, clockwise from above.
+      share: share of the time with this wind.
+      level: [m] still water level.
+      current: [m/s] current at still water, which decreases with depth by the power law.
+      name: text that distinguishes it from the other seas of its row, in the names of cases.
     """
 
     height: float
@@ -49,38 +51,43 @@ class Waves:
 
 
 class Storm(Record):
-    """The extreme sea of a return period."""
+    """Extreme sea of a return period."""
 
     height: float = Field(gt=0.0, lt=30.0)
-    """[m; 0.5 to 20] significant wave height."""
+    """Significant wave height [m; 0.5 to 20]."""
     period: float = Field(gt=1.0, lt=60.0)
-    """[s; 3 to 25] of the spectrum's peak."""
+    """Peak period of the spectrum [s; 3 to 25]."""
     current: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m/s; 0.05 to 4] at still water; decreases with depth by the power law."""
+    """Current at still water [m/s; 0.05 to 4], which decreases with depth by the power law."""
     levels: tuple[float, float] = (0.0, 0.0)
-    """[m] lowest and highest still water, above mean sea level."""
+    """Lowest and highest still water level [m] above mean sea level."""
+
+
+def _like_speed(record: Record, speed: NDArray[np.float64], names: Sequence[str]) -> None:
+    """Refuse arrays of a record that have not one entry for each wind speed; those that are not given are left out."""
+    for name in names:
+        values = getattr(record, name)
+        if values is not None and len(values) != len(speed):
+            raise ValueError(f"{name} must have {len(speed)} entries like speed, found {len(values)}")
 
 
 class Scatter(Record):
     """Joint distribution of wind, waves and their directions: one entry for each class of conditions."""
 
     speed: Vector
-    """(K,) [m/s; 3 to 60] mean wind speed at hub height."""
+    """(K,) mean wind speed at hub height [m/s; 3 to 60]."""
     height: Vector
-    """(K,) [m; 0.2 to 20] significant wave height."""
+    """(K,) significant wave height [m; 0.2 to 20]."""
     period: Vector
-    """(K,) [s; 3 to 25] of the spectrum's peak."""
+    """(K,) peak period of the spectrum [s; 3 to 25]."""
     misalignment: Vector | None = None
-    """(K,) [deg] from the wind's direction to that of the waves, clockwise from above; none: 0."""
+    """(K,) angle [deg] from the direction of the wind to that of the waves, clockwise from above; none: 0."""
     probability: Vector
-    """(K,) share of the time, or numbers of observations: only their ratios at a wind speed count."""
+    """(K,) share of the time, or number of observations: only their ratios at a wind speed count."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for name in ("height", "period", "misalignment", "probability"):
-            values = getattr(self, name)
-            if values is not None and len(values) != len(self.speed):
-                raise ValueError(f"{name} must have {len(self.speed)} entries like speed, found {len(values)}")
+        _like_speed(self, self.speed, ("height", "period", "misalignment", "probability"))
         if self.height.min() <= 0.0 or self.period.min() <= 1.0:
             raise ValueError("height must be above 0 and period above 1 s")
         if self.probability.min() < 0.0 or self.probability.max() <= 0.0:
@@ -92,76 +99,74 @@ class Metocean(Record):
     """Wind, waves, currents and levels of a site in the sea."""
 
     name: str = Field(min_length=1)
-    """Of the site."""
+    """Name of the site."""
     source: str = ""
-    """Where the values come from."""
+    """Source of the values."""
     wind_class: str | WindClass = "IB"
-    """Class whose turbulence and extreme winds the site has; the option of the command goes first."""
+    """Class whose turbulence and extreme winds the site has; an option of the command replaces it."""
     weibull_scale: float | None = Field(default=None, gt=0.0, le=60.0)
-    """[m/s; 4 to 20] scale parameter of the wind speed's distribution; by default Rayleigh's with the mean of the
+    """Scale parameter of the distribution of the wind speed [m/s; 4 to 20]; by default Rayleigh's with the mean of the
     class."""
     weibull_shape: float = Field(default=2.0, gt=0.5, le=10.0)
-    """Shape parameter of the wind speed's distribution [-; 1 to 4]."""
+    """Shape parameter of the distribution of the wind speed [-; 1 to 4]."""
     shear_exponent: float = Field(default=0.14, gt=-1.0, lt=1.0)
-    """Of the mean wind in normal conditions [-; 0.02 to 0.5]."""
+    """Shear exponent of the mean wind in normal conditions [-; 0.02 to 0.5]."""
     speed: Vector
-    """(n,) [m/s; 10 to 60] wind speeds of ``height`` and ``period``, increasing; in between linear, beyond constant."""
+    """(n,) wind speeds of ``height`` and ``period`` [m/s; 10 to 60], increasing; in between linear, beyond constant."""
     height: Vector
-    """(n,) [m; 0.5 to 20] expected significant wave height."""
+    """(n,) expected significant wave height [m; 0.5 to 20]."""
     period: Vector
-    """(n,) [s; 3 to 25] expected period of the spectrum's peak."""
+    """(n,) expected peak period of the spectrum [s; 3 to 25]."""
     misalignment: Vector = Field(default_factory=lambda: np.zeros(1))
-    """(M,) [deg] from the wind's direction to that of the waves, clockwise from above, at all wind speeds."""
+    """(M,) angles [deg] from the direction of the wind to that of the waves, clockwise from above, at all speeds."""
     misalignment_share: Vector = Field(default_factory=lambda: np.ones(1))
-    """(M,) share of the time of each."""
+    """(M,) share of the time of each misalignment."""
     scatter: Scatter | None = None
     """Joint distribution, which replaces expected values and misalignments in fatigue."""
     severe_height: Vector | None = None
-    """(n,) or (1,) [m; 0.5 to 25] significant wave height of the severe sea."""
+    """(n,) or (1,) significant wave height of the severe sea [m; 0.5 to 25]."""
     severe_period: Vector | None = None
-    """(n,) or (1,) [s; 3 to 25] of its spectrum's peak."""
+    """(n,) or (1,) peak period of the severe sea [s; 3 to 25]."""
     one_year: Storm | None = None
     """Extreme sea with a return period of 1 year."""
     fifty_years: Storm | None = None
     """Extreme sea with a return period of 50 years."""
     current: float = Field(default=0.0, ge=0.0, lt=10.0)
-    """[m/s; 0.02 to 4] of tides in normal conditions, at still water; decreases with depth by the power law."""
+    """Tidal current in normal conditions [m/s; 0.02 to 4] at still water, which decreases with depth by the power
+    law."""
     wind_current: float = Field(default=NEAR_SURFACE, ge=0.0, lt=0.2)
-    """Current at still water that the wind drives [-; 0.003 to 0.1], over the mean wind speed at 10 m."""
+    """Wind-driven current at still water [-; 0.003 to 0.1], over the mean wind speed at 10 m."""
     levels: tuple[float, float] = (0.0, 0.0)
-    """[m] lowest and highest still water in normal conditions, above mean sea level."""
+    """Lowest and highest still water level [m] in normal conditions, above mean sea level."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        n = len(self.speed)
-        if n < 2 or np.any(np.diff(self.speed) <= 0.0):
+        if len(self.speed) < 2 or np.any(np.diff(self.speed) <= 0.0):
             raise ValueError("speed needs at least 2 entries that increase")
-        for name in ("height", "period", "severe_height", "severe_period"):
-            values = getattr(self, name)
-            if values is None:
-                continue
-            if len(values) != n and not (name.startswith("severe") and len(values) == 1):
-                raise ValueError(f"{name} must have {n} entries like speed, found {len(values)}")
-            if values.min() <= (1.0 if name.endswith("period") else 0.0):
-                raise ValueError(f"{name} must be above {'1 s' if name.endswith('period') else '0 m'}")
+        severe = [name for name in ("severe_height", "severe_period") if getattr(self, name) is not None]
+        _like_speed(self, self.speed, ["height", "period", *(n for n in severe if len(getattr(self, n)) != 1)])
+        for name in ("height", "period", *severe):
+            least, text = (1.0, "1 s") if name.endswith("period") else (0.0, "0 m")
+            if getattr(self, name).min() <= least:
+                raise ValueError(f"{name} must be above {text}")
         if (self.severe_height is None) != (self.severe_period is None):
             raise ValueError("severe_height and severe_period come together")
         shares = self.misalignment_share
         if len(shares) != len(self.misalignment) or abs(shares.sum() - 1.0) > 1e-6 or shares.min() < 0.0:
             raise ValueError("misalignment_share needs one share for each misalignment, and their sum must be 1")
         if len(set(self.misalignment.tolist())) != len(self.misalignment):
-            raise ValueError("misalignment: an angle is there twice")
+            raise ValueError("misalignment: an angle appears twice")
         for levels in (self.levels, *(storm.levels for storm in (self.one_year, self.fifty_years) if storm)):
             if levels[0] > levels[1]:
                 raise ValueError(f"levels: the lowest is above the highest: {levels[0]:g}, {levels[1]:g} m")
         return self
 
     def storm(self, seas: Seas) -> Storm | None:
-        """Its extreme sea; None if the site has none, or ``seas`` are not extreme."""
+        """Extreme sea of a return period; None if the site has none, or ``seas`` are not extreme."""
         return {"1-year": self.one_year, "50-year": self.fifty_years}.get(seas)
 
     def lacks(self, seas: Seas) -> str:
-        """Key of a sea that the site does not have; empty if it has it."""
+        """Key of a sea that the site does not have; empty if the site has the sea."""
         if seas == "severe":
             return "severe_height" if self.severe_height is None else ""
         key = {"1-year": "one_year", "50-year": "fifty_years"}.get(seas, "")
@@ -181,15 +186,15 @@ class Metocean(Record):
     def waves(
         self, seas: Seas, speed: float, low: float, high: float, misalignments: list[float], levels: list[Level]
     ) -> list[Waves]:
-        """Seas of a row of a load case table at a wind speed; of the joint distribution those of the bin, else those at
-        the nearest speed.
+        """Seas of a row of a load case table at a wind speed.
 
         Args:
-          seas: which ones; "joint": of the joint distribution, all others with a share of 1.
+          seas: kind of sea; "joint": those of the joint distribution in the bin, or at the nearest speed if the bin has
+            none; all others have a share of 1.
           speed: [m/s] mean wind speed.
-          low, high: [m/s] edges of its bin.
-          misalignments: [deg] of seas that are not of the joint distribution.
-          levels: of still water; two that are the same count once.
+          low, high: [m/s] edges of the bin of the speed.
+          misalignments: [deg] misalignments of seas that are not of the joint distribution.
+          levels: still water levels; equal ones count once.
         """
         if seas == "joint":
             return self._joint(speed, low, high)
@@ -197,17 +202,14 @@ class Metocean(Record):
         storm = self.storm(seas)
         current = self.current if storm is None else storm.current
         lowest, highest = self.levels if storm is None else storm.levels
-        at = {name: {"mean": 0.0, "low": lowest, "high": highest}[name] for name in levels}
-        # levels by value, under the first name: "low" and "high" are the same where the site has no tide
-        distinct = dict.fromkeys(at.values())
-        found = []
-        for misalignment in misalignments:
-            for level in distinct:
-                parts = [f"m{misalignment:.6g}" if len(misalignments) > 1 else ""]
-                parts.append(next(name for name, value in at.items() if value == level) if len(distinct) > 1 else "")
-                name = "-".join(filter(None, parts))
-                found.append(Waves(height, period, misalignment, 1.0, level, current, name))
-        return found
+        heights, names = {"mean": 0.0, "low": lowest, "high": highest}, dict[float, str]()
+        for name in levels:  # equal levels count once: "low" and "high" are the same where the site has no tide
+            names.setdefault(heights[name], name)
+        waves = []
+        for misalignment, (level, label) in product(misalignments, names.items()):
+            parts = [f"m{misalignment:.6g}"] * (len(misalignments) > 1) + [label] * (len(names) > 1)
+            waves.append(Waves(height, period, misalignment, 1.0, level, current, "-".join(parts)))
+        return waves
 
     def _joint(self, speed: float, low: float, high: float) -> list[Waves]:
         if self.scatter is None:
@@ -242,7 +244,7 @@ def metocean_file(name: str | Path) -> Path:
     """File of a site: a path, or the name of a site of the package.
 
     Raises:
-      InputError: there is none.
+      InputError: there is no such file or site.
     """
     path = Path(name)
     if path.is_file():
@@ -258,11 +260,11 @@ def read_metocean(name: str | Path) -> Metocean:
     """Conditions of a site in the sea: a YAML file, or the name of a site of the package.
 
     Raises:
-      InputError: there is none, or it is not valid.
+      InputError: there is no such site, or it is not valid.
     """
     return read_record(metocean_file(name), Metocean)
 
 
 def wind_driven(site: Metocean, speed: float, hub_height: float) -> float:
-    """[m/s] current at still water that a mean wind speed [m/s] at the hub [m] drives, by way of its speed at 10 m."""
+    """Current [m/s] at still water driven by a mean wind speed [m/s] at hub height [m], from its value at 10 m."""
     return round(site.wind_current * speed * (10.0 / hub_height) ** site.shear_exponent, 6)

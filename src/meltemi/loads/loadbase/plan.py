@@ -6,7 +6,7 @@ import csv
 import hashlib
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import astuple, dataclass, field, replace
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -24,7 +24,7 @@ from meltemi.loads.loadbase.campaign import Campaign
 from meltemi.loads.loadbase.metocean import Waves
 from meltemi.loads.loadbase.ranges import counts, numbers
 from meltemi.loads.loadbase.situations import Setting, Variant, case_content, missing, timed
-from meltemi.loads.loadbase.table import Fault, LoadTable, Row, names_in
+from meltemi.loads.loadbase.table import Fault, LoadCaseRow, LoadTable, names_in
 from meltemi.loads.loadbase.weights import HOURS, edges, time_share
 from meltemi.loads.loadbase.wording import in_words
 
@@ -33,34 +33,34 @@ if TYPE_CHECKING:
 
 FILE = "plan.csv"
 STEADY_DURATION = 100.0
-"""[s] evaluated of an idling or locked rotor in steady wind."""
+"""Evaluated duration [s] of an idling or locked rotor in steady wind."""
 FREQUENT, RARE = 10.0, 50.0
-"""[years] return periods of faults between which the factor falls."""
+"""Return periods [years] of faults between which the factor falls."""
 PRACTICE = (
     *("normal_rate", "emergency_rate", "pitch_imbalance", "mass_imbalance", "idle_pitch", "start_margin"),
     *("wind_stops", "years"),
 )
 """Keys of a campaign whose defaults come from practice."""
 FEW = 3
-"""Wind speeds of a quick plan."""
+"""Number of wind speeds of a quick plan."""
 SWEEP = 4
-"""Yaw errors of a quick plan in a row that has more."""
+"""Largest number of yaw errors of a row in a quick plan."""
 MOST = 2_000_000
-"""Cases of a plan."""
+"""Largest number of cases of a plan."""
 
 
 @dataclass(frozen=True)
 class Weight:
-    """Ingredients of a case's weight in the lifetime.
+    """Factors of the weight of a case in the lifetime.
 
     Attributes:
-      state: its state; empty if it is counted by occurrences.
-      low, high: [m/s] bin of the wind speed.
-      yaw_share: share of time of its yaw error and its sea.
-      runs: cases that share the time or the occurrences.
-      occurrences: [1/year].
-      share: of the lifetime, for this case.
-      repetitions: how often the case occurs in the lifetime.
+      state: state of the turbine; empty if the case is counted by occurrences.
+      low, high: [m/s] edges of the bin of the wind speed.
+      yaw_share: share of the time with its yaw error and its sea.
+      runs: number of cases that share the time or the occurrences.
+      occurrences: [1/year] occurrences.
+      share: share of the lifetime of this case.
+      repetitions: number of occurrences of the case in the lifetime.
     """
 
     state: str
@@ -78,19 +78,19 @@ class PlannedCase:
     """One case of a load base.
 
     Attributes:
-      name: unique and independent of other rows, e.g. ``dlc1.3-14-y0-s04``.
+      name: name, unique and independent of other rows, e.g. ``dlc1.3-14-y0-s04``.
       row: name of its row in the table.
       dlc: design load case.
-      title: of its row.
-      setting: what its content follows from.
+      title: title of its row.
       variant: wind model, speed, yaw error and so on.
-      seed: of the turbulence, from the name; None without turbulence.
-      duration: [s] evaluated, after ``transient`` [s].
+      seed: seed of the turbulence, from the name; None without turbulence.
+      duration, transient: [s] evaluated duration, and initial transient before it.
       type: ultimate or fatigue.
       factor: partial safety factor for loads.
       characteristic: rule of the characteristic value.
-      weight: for fatigue.
-      unsupported: what the simulation lacks for it; empty if it can run.
+      weight: weight in the lifetime; None for ultimate loads.
+      unsupported: reason for which it cannot run; empty if it can.
+      setting: conditions from which its content follows.
     """
 
     name: str
@@ -114,7 +114,7 @@ class PlannedCase:
         return case_content(self.setting)
 
     def case(self) -> LoadCase:
-        """Its load case.
+        """The load case as a record.
 
         Raises:
           InputError: the content is not valid.
@@ -136,15 +136,20 @@ class RowSummary:
     factor: str
     unsupported: int
 
+    @property
+    def texts(self) -> list[str]:
+        """Name, situation, wind, type, factor, cases and hours as the cells of a table."""
+        return [self.name, self.situation, self.wind, self.type, self.factor, str(self.cases), f"{self.hours:.1f}"]
+
 
 @dataclass(frozen=True, repr=False)
 class Plan(Shown):
     """All cases of a load base.
 
     Attributes:
-      campaign: what it follows from.
-      table: of the edition, with the campaign's changes.
-      cases: in the order of the table.
+      campaign: campaign that it expands.
+      table: table of the edition, with the changes of the campaign.
+      cases: cases in the order of the table.
     """
 
     campaign: Campaign
@@ -157,16 +162,13 @@ class Plan(Shown):
     def card(self) -> Card:
         """Number of cases and hours, by row of the table."""
         c = self.campaign
-        where = c.where
+        speeds = f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s"
         facts = [
-            ("load cases", f"{self.table.title}, {where}"),
+            ("load cases", f"{self.table.title}, {c.where}"),
             ("cases", f"{len(self.cases)}, {self.hours:.1f} h simulated"),
-            (
-                "wind speeds",
-                f"V_in {c.cut_in:g}, V_r {c.rated_wind:g}, V_out {c.cut_out:g}, V_ref {c.iec_class.v_ref:g} m/s",
-            ),
+            ("wind speeds", speeds),
         ]
-        rows = [[r.name, r.situation, r.wind, r.type, r.factor, str(r.cases), f"{r.hours:.1f}"] for r in self.summary()]
+        rows = [row.texts for row in self.summary()]
         head = ["DLC", "situation", "wind", "loads", "factor", "cases", "hours"]
         lacking = [[why, ", ".join(names)] for why, names in self.missing().items()]
         sections = [Fold("Design load cases", rows, head, note=f"{len(rows)} rows"), c.card().folded("Campaign")]
@@ -176,14 +178,14 @@ class Plan(Shown):
 
     @property
     def hours(self) -> float:
-        """[h] simulated, including transients, of the cases that can run."""
+        """Simulated time [h] of the cases that can run, including transients."""
         return sum(c.duration + c.transient for c in self.cases if not c.unsupported) / 3600.0
 
     def case(self, name: str) -> PlannedCase:
         """The case of a name.
 
         Raises:
-          InputError: there is none.
+          InputError: there is no such case.
         """
         for each in self.cases:
             if each.name == name:
@@ -192,37 +194,32 @@ class Plan(Shown):
 
     def summary(self) -> list[RowSummary]:
         """The rows of the table with their number of cases."""
-        found = []
+        rows = []
         for name, row in self.table.rows.items():
-            own = [c for c in self.cases if c.row == name]
-            factors = sorted({c.factor for c in own})
-            found.append(
-                RowSummary(
-                    name,
-                    self.table.dlc(name),
-                    row.situation,
-                    ", ".join(dict.fromkeys(_wind_words(c) for c in own)),
-                    len(own),
-                    sum(c.duration + c.transient for c in own) / 3600.0,
-                    row.type,
-                    " to ".join(f"{f:g}" for f in dict.fromkeys((factors[0], factors[-1]))) if factors else "",
-                    sum(bool(c.unsupported) for c in own),
-                )
+            cases = [c for c in self.cases if c.row == name]
+            factors = sorted({c.factor for c in cases})
+            factor = " to ".join(f"{f:g}" for f in dict.fromkeys(factors[:1] + factors[-1:]))
+            wind = ", ".join(dict.fromkeys(_wind_words(c) for c in cases))
+            hours, lacking = (
+                sum(c.duration + c.transient for c in cases) / 3600.0,
+                sum(bool(c.unsupported) for c in cases),
             )
-        return found
+            head = (name, self.table.dlc(name), row.situation, wind)
+            rows.append(RowSummary(*head, len(cases), hours, row.type, factor, lacking))
+        return rows
 
     def missing(self) -> dict[str, list[str]]:
-        """What the simulation lacks, with the rows that need it."""
-        found: dict[str, list[str]] = {}
+        """Reasons for which cases cannot run, with the rows concerned."""
+        rows: dict[str, list[str]] = {}
         for c in self.cases:
-            if c.unsupported and c.row not in found.setdefault(c.unsupported, []):
-                found[c.unsupported].append(c.row)
-        return found
+            if c.unsupported and c.row not in rows.setdefault(c.unsupported, []):
+                rows[c.unsupported].append(c.row)
+        return rows
 
     def assumptions(self) -> list[tuple[str, str, str]]:
         """Values that come from practice, in words: part or row, quantity, value with unit."""
-        own: list[tuple[str, Record, str]] = [("campaign", self.campaign, key) for key in PRACTICE]
-        return [(part, *in_words(record, key)) for part, record, key in (*self.table.assumptions(), *own)]
+        of_campaign: list[tuple[str, Record, str]] = [("campaign", self.campaign, key) for key in PRACTICE]
+        return [(part, *in_words(record, key)) for part, record, key in (*self.table.assumptions(), *of_campaign)]
 
     def frame(self) -> pd.DataFrame:
         """One row a case, as in ``plan.csv``."""
@@ -240,25 +237,25 @@ def plan(campaign: Campaign) -> Plan:
         errors, two cases of one name, more than two million cases; or the first case of a row is not a valid case.
     """
     table = campaign.table()
-    found: list[PlannedCase] = []
+    cases: list[PlannedCase] = []
     for name in table.rows:
         try:
-            own = list(_cases(name, campaign, table))
+            of_row = list(_cases(name, campaign, table))
         except ValueError as error:
             raise InputError(f"rows.{name}: {error}") from None
-        if not own:
+        if not of_row:
             raise InputError(f"rows.{name}: it has no cases")
-        found += own
-        if len(found) > MOST:
+        cases += of_row
+        if len(cases) > MOST:
             raise InputError(f"rows.{name}: the plan has more than {MOST} cases")
-        for first in {(c.variant.model, c.variant.fault): c for c in reversed(own) if not c.unsupported}.values():
+        for first in {(c.variant.model, c.variant.fault): c for c in reversed(of_row) if not c.unsupported}.values():
             first.case()
-    seen: set[str] = set()
-    for case in found:
-        if case.name in seen:
+    names: set[str] = set()
+    for case in cases:
+        if case.name in names:
             raise InputError(f"rows.{case.row}: two cases have the name {case.name}")
-        seen.add(case.name)
-    return Plan(campaign, table, tuple(found))
+        names.add(case.name)
+    return Plan(campaign, table, tuple(cases))
 
 
 def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedCase]:
@@ -301,22 +298,15 @@ def _cases(name: str, campaign: Campaign, table: LoadTable) -> Iterator[PlannedC
             for yaw, waves in product(yaws, seas):
                 weight = None
                 if row.type == "fatigue":
-                    weight = _weight(
-                        row,
-                        table,
-                        campaign,
-                        bins[i : i + 2],
-                        shares[yaw] * (waves.share if waves else 1.0),
-                        runs,
-                        occurrences.get(speed, 0.0),
-                    )
+                    share, yearly = shares[yaw] * (waves.share if waves else 1.0), occurrences.get(speed, 0.0)
+                    weight = _weight(row, table, campaign, bins[i : i + 2], share, runs, yearly)
                 for sense, azimuth, instant, fault, seed in product(*others):
                     variant = Variant(model, speed, yaw, sense, azimuth, instant, fault, seed, waves)
                     yield _planned(name, row, variant, steady, weight, campaign, table, len(models) > 1)
 
 
 def _seas(
-    row: Row, campaign: Campaign, speed: float, ends: list[float], values: dict[str, float]
+    row: LoadCaseRow, campaign: Campaign, speed: float, ends: list[float], values: dict[str, float]
 ) -> Sequence[Waves | None]:
     """Seas of a row at a wind speed; in a quick plan the most frequent one."""
     site = campaign.metocean
@@ -326,12 +316,10 @@ def _seas(
         return [Waves(0.0, 0.0)]  # cases that cannot run
     turned = [0.0] if row.misalignment is None else list(numbers(row.misalignment, values))
     levels: list[Any] = names_in(row.levels) or ["mean"]
-    found = site.waves(row.sea, speed, ends[0], ends[1], turned, levels)
-    return (
-        [replace(max(found, key=lambda each: (each.share, each.level, -abs(each.misalignment))), share=1.0)]
-        if campaign.quick
-        else found
-    )
+    seas = site.waves(row.sea, speed, ends[0], ends[1], turned, levels)
+    if not campaign.quick:
+        return seas
+    return [replace(max(seas, key=lambda each: (each.share, each.level, -abs(each.misalignment))), share=1.0)]
 
 
 def _last(rules: Sequence[tuple[float, int]], speed: float) -> int:
@@ -351,7 +339,7 @@ def _some_speeds(speeds: Sequence[float], rated: float) -> list[float]:
     return [speeds[0], nearest, speeds[-1]]
 
 
-def _yaw_shares(row: Row, n: int, values: dict[str, float]) -> list[float]:
+def _yaw_shares(row: LoadCaseRow, n: int, values: dict[str, float]) -> list[float]:
     if row.yaw_weights is None:
         return [1.0 / n] * n
     shares = numbers(row.yaw_weights, values, once=False)
@@ -362,20 +350,20 @@ def _yaw_shares(row: Row, n: int, values: dict[str, float]) -> list[float]:
     return list(shares)
 
 
-def _occurrences(row: Row, speeds: Sequence[float], values: dict[str, float]) -> dict[float, float]:
+def _occurrences(row: LoadCaseRow, speeds: Sequence[float], values: dict[str, float]) -> dict[float, float]:
     """Occurrences [1/year] by speed."""
     if row.occurrences is None:
         return {}
-    found = numbers(row.occurrences, values, once=False)
-    if len(found) == 1:
-        found = found * len(speeds)
-    if len(found) != len(speeds):
-        raise ValueError(f"occurrences: {len(found)} for {len(speeds)} speeds ({row.speeds})")
-    return {round(speed, 9): number for speed, number in zip(speeds, found, strict=True)}
+    yearly = numbers(row.occurrences, values, once=False)
+    if len(yearly) == 1:
+        yearly = yearly * len(speeds)
+    if len(yearly) != len(speeds):
+        raise ValueError(f"occurrences: {len(yearly)} for {len(speeds)} speeds ({row.speeds})")
+    return {round(speed, 9): number for speed, number in zip(speeds, yearly, strict=True)}
 
 
 def _weight(
-    row: Row, table: LoadTable, campaign: Campaign, ends: list[float], yaw: float, runs: int, yearly: float
+    row: LoadCaseRow, table: LoadTable, campaign: Campaign, ends: list[float], yaw: float, runs: int, yearly: float
 ) -> Weight:
     assert row.duration is not None
     low, high = ends
@@ -388,7 +376,7 @@ def _weight(
 
 def _planned(
     name: str,
-    row: Row,
+    row: LoadCaseRow,
     v: Variant,
     steady: bool,
     weight: Weight | None,
@@ -396,43 +384,33 @@ def _planned(
     table: LoadTable,
     several: bool,
 ) -> PlannedCase:
-    parts = [f"dlc{name}", v.model.lower() if several else "", f"{v.speed:.6g}"]
-    parts.append("" if v.yaw is None else f"y{v.yaw:.6g}")
-    parts.append(v.waves.name if v.waves else "")
-    parts.append("" if v.sense is None else "p" if v.sense > 0 else "n")
-    parts.append("" if v.azimuth is None else f"a{v.azimuth:.6g}")
-    parts.append("" if v.instant is None else f"t{v.instant:.6g}")
-    parts += [v.fault or "", "" if v.seed is None else f"s{v.seed:02d}"]
+    parts = [
+        *(f"dlc{name}", v.model.lower() if several else "", f"{v.speed:.6g}"),
+        "" if v.yaw is None else f"y{v.yaw:.6g}",
+        v.waves.name if v.waves else "",
+        "" if v.sense is None else "p" if v.sense > 0 else "n",
+        "" if v.azimuth is None else f"a{v.azimuth:.6g}",
+        "" if v.instant is None else f"t{v.instant:.6g}",
+        *(v.fault or "", "" if v.seed is None else f"s{v.seed:02d}"),
+    ]
     full = "-".join(filter(None, parts))
     number = None if v.seed is None else seed_of(full, campaign.realisation)
     fault = None if v.fault is None else table.faults[v.fault]
     waves = None if v.waves is None else seed_of(f"{full} waves", campaign.realisation)
     setting = Setting(campaign, row, v, fault, steady, number, waves)
     assert row.duration is not None and row.transient is not None
+    names, factor, lacking = (full, name, table.dlc(name), row.title), _factor(row, fault), missing(setting)
     return PlannedCase(
-        full,
-        name,
-        table.dlc(name),
-        row.title,
-        v,
-        number,
-        row.duration,
-        row.transient,
-        row.type,
-        _factor(row, fault),
-        row.characteristic,
-        weight,
-        missing(setting),
-        setting,
+        *names, v, number, row.duration, row.transient, row.type, factor, row.characteristic, weight, lacking, setting
     )
 
 
 def seed_of(name: str, realisation: int = 1) -> int:
-    """Seed of a case, from its name alone."""
+    """Seed of a case, which follows from its name alone."""
     return int.from_bytes(hashlib.sha256(f"{realisation} {name}".encode()).digest()[:6], "big")
 
 
-def _factor(row: Row, fault: Fault | None) -> float:
+def _factor(row: LoadCaseRow, fault: Fault | None) -> float:
     """Partial safety factor; that of rare faults is lower."""
     if row.factor_rare is None or fault is None or fault.return_period is None:
         return row.factor
@@ -455,9 +433,7 @@ def _columns(plan: Plan) -> tuple[list[str], list[list[Any]]]:
     rows = []
     for c in plan.cases:
         v, w = c.variant, c.weight
-        weights = (
-            [w.state, w.low, w.high, w.yaw_share, w.runs, w.occurrences, w.share, w.repetitions] if w else [""] * 8
-        )
+        weights = astuple(w) if w else ("",) * 8
         rows.append(
             [
                 *(c.name, c.dlc, c.row, c.setting.row.situation, v.model, c.setting.steady, v.speed, v.yaw or 0.0),

@@ -1,4 +1,4 @@
-"""What a report says of itself: project, author, revision, date."""
+"""Title block of a report: project, author, revision, date."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
 
 FILE = "project.yaml"
-"""In the folder of a load base."""
+"""Name of the file in the folder of a load base."""
 
 
 def _text(value: Any) -> Any:
-    """A number or a date as text: YAML reads ``revision: 2`` and ``date: 2026-05-04`` so."""
+    """A number or a date as text, since YAML reads ``revision: 2`` and ``date: 2026-05-04`` as such."""
     plain = isinstance(value, int | float | datetime.date) and not isinstance(value, bool)
     return str(value) if plain else value
 
@@ -32,11 +32,11 @@ class Project(Record):
     document: Text = ""
     """Number of the document."""
     author: str = ""
-    """Who made it."""
+    """Author of the document."""
     checked: str = ""
-    """Who checked it."""
+    """Person who checked the document."""
     approved: str = ""
-    """Who approved it."""
+    """Person who approved the document."""
     revision: Text = ""
     """Revision, such as A or 1.2."""
     date: Text = ""
@@ -46,21 +46,21 @@ class Project(Record):
 
     @property
     def facts(self) -> list[tuple[str, str]]:
-        """Names and values, without what is not given."""
-        found = {name: str(getattr(self, name)) for name in type(self).model_fields}
-        found["date"] = found["date"] or f"{datetime.date.today():%Y-%m-%d}"
-        return [(name, value) for name, value in found.items() if value]
+        """Names and values of the fields that are given."""
+        values = {name: str(getattr(self, name)) for name in type(self).model_fields}
+        values["date"] = values["date"] or f"{datetime.date.today():%Y-%m-%d}"
+        return [(name, value) for name, value in values.items() if value]
 
     @property
     def running(self) -> str:
-        """For the foot of printed pages."""
+        """Text at the foot of printed pages."""
         known = dict(self.facts)
         revision = f"revision {known['revision']}" if "revision" in known else ""
         return ", ".join(filter(None, (self.project, self.document, revision, known["date"])))
 
 
 def read_project(folder: str | Path, file: str | Path | None = None) -> Project | None:
-    """Title block of a YAML file, by default ``project.yaml`` in the folder of the load base if it is there.
+    """Title block of a YAML file, by default ``project.yaml`` in the folder of the load base if that exists.
 
     Raises:
       InputError: the file cannot be read, or has an unknown key.

@@ -1,4 +1,4 @@
-"""What a load base keeps of a run: statistics, extremes, cycles, durations, duty of the drives."""
+"""Reduction of a run to the results of a load base: statistics, extremes, cycles, durations, duty of the drives."""
 
 from __future__ import annotations
 
@@ -23,28 +23,28 @@ SMALL = 0.005
 """Share of the largest range of a channel below which cycles are left out: they do less than 1e-5 of the damage at
 slope 3, 1e-7 at slope 4 (NREL 5 MW, 600 s in turbulence)."""
 LEVELS = 20
-"""Levels an octave of a load-duration distribution: the same for all loads, so that runs add up."""
+"""Levels per octave of a load-duration distribution, the same for all loads, so that runs can be summed."""
 OCTAVES = 8
-"""Loads below the largest one over two to this power are one level."""
+"""Number of octaves of levels; all loads below them are one level."""
 MOVING = radians(0.02)
-"""[rad/s] above which a drive moves."""
+"""Rate [rad/s] above which a drive moves."""
 ON, OFF = 0.4, 0.2
 """Shares of rated rotor speed: a stop is a fall from the first to the second."""
 
 
 @dataclass(frozen=True)
 class Reduced:
-    """What is kept of a run.
+    """Reduced results of a run.
 
     Attributes:
       channels: names of the series: the recorded channels, and moments by direction such as ``tower_base_moment@30``.
       statistics: (C, 4) mean, standard deviation, minimum, maximum; NaN where a channel is not defined.
-      extremes: by interface, (14,) times [s] and (14, 6) contemporaneous loads.
-      cycles: by channel of forces and moments; empty for a case of ultimate loads.
-      durations: by load, rows of level from, level to, time [s], revolutions.
-      duties: by drive, see ``ActuatorDuty``.
+      extremes: (14,) times [s] and (14, 6) contemporaneous loads by interface.
+      cycles: cycles by channel of forces and moments; empty for a case of ultimate loads.
+      durations: rows of lower and upper end of a level, time [s] and revolutions, by load.
+      duties: ``ActuatorDuty`` by drive.
       stops: number of stops.
-      equivalent: by channel, the range that does its damage at 1 Hz, where that is all that is kept of a load.
+      equivalent: damage-equivalent range at 1 Hz by channel, for cases that keep nothing else of a load.
     """
 
     channels: tuple[str, ...]
@@ -58,13 +58,12 @@ class Reduced:
 
 
 def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: float, cycles: bool) -> Reduced:
-    """Reduce a complete run to what a load base keeps.
+    """Reduce a complete run to the results of a load base.
 
     Args:
-      result: with all channels of the interfaces.
-      interfaces: of the turbine.
-      rated_speed: [rad/s] of the rotor, for the number of stops.
-      cycles: count the cycles, for fatigue.
+      result: result with all channels of the interfaces.
+      rated_speed: [rad/s] rated rotor speed, for the number of stops.
+      cycles: whether cycles are counted, for fatigue.
     """
     part = result.evaluated
     series = dict(zip(part.names, np.ascontiguousarray(part.data.T), strict=True))
@@ -82,18 +81,18 @@ def reduced(result: Result, interfaces: Sequence[Interface], *, rated_speed: flo
         _statistics(series.values()),
         {each.name: _extremes(part.time, series, each) for each in interfaces},
         {name: large_cycles(series[name]) for name in loads} if cycles else {},
-        dict(found for each in interfaces if each.speed for found in _durations(part, series, each)),
+        dict(entry for each in interfaces if each.speed for entry in _durations(part, series, each)),
         {name: actuator_duty(series[name], dt=_step(part), threshold=MOVING) for name in series if _drive(name)},
         count_stops(series["rotor_speed"], on=ON * rated_speed, off=OFF * rated_speed),
     )
 
 
 def equivalent(result: Result, slopes: Mapping[str, float]) -> Reduced:
-    """Reduce a complete run to its statistics and, for each load, the one range that does its damage at a slope.
+    """Reduce a complete run to its statistics and the damage-equivalent range of each load.
 
     Args:
-      result: with the channels of the loads.
-      slopes: m of the S-N curve by channel.
+      result: result with the channels of the loads.
+      slopes: slope m of the S-N curve by channel.
     """
     part = result.evaluated
     loads = equivalent_loads(part, list(slopes), slopes=slopes)
@@ -101,10 +100,10 @@ def equivalent(result: Result, slopes: Mapping[str, float]) -> Reduced:
 
 
 def large_cycles(series: Float) -> Cycles:
-    """Cycles of a series in cells, without those below ``SMALL`` of the largest."""
-    found = bin_cycles(rainflow_cycles(series))
-    kept = found.ranges >= SMALL * found.ranges.max(initial=0.0)
-    return Cycles(*(each[kept] for each in found))
+    """Cycles of a series in bins, without those below ``SMALL`` of the largest."""
+    cycles = bin_cycles(rainflow_cycles(series))
+    kept = cycles.ranges >= SMALL * cycles.ranges.max(initial=0.0)
+    return Cycles(*(each[kept] for each in cycles))
 
 
 def _statistics(series: Iterable[Float]) -> Float:
@@ -126,18 +125,18 @@ def _extremes(time: Float, series: dict[str, Float], each: Interface) -> tuple[F
 
 
 def _durations(part: Result, series: dict[str, Float], each: Interface) -> list[tuple[str, Float]]:
-    """Of the transverse force and moment of a bearing, and of the torque of a shaft."""
+    """Durations of the transverse force and moment of a bearing, and of the torque of a shaft."""
     force, moment = (np.hypot(*(series[each.channels[first + k]] for k in TRANSVERSE[each.plane])) for first in (0, 3))
     loads = {f"{each.name}_force": force, f"{each.name}_moment": moment}
     if each.speed == "rotor_speed":
         loads["rotor_torque"] = series["rotor_torque"]
-    found = []
+    durations = []
     for name, load in loads.items():
         edges = level_edges(float(np.abs(load).max()))
         d = load_duration(load, series[each.speed], dt=_step(part), load_edges=edges)
         rows = np.stack([d.load_edges[:-1], d.load_edges[1:], d.time[:, 0], d.revolutions[:, 0]], axis=1)
-        found.append((name, rows[rows[:, 2] > 0.0]))
-    return found
+        durations.append((name, rows[rows[:, 2] > 0.0]))
+    return durations
 
 
 def level_edges(largest: float) -> Float:

@@ -1,7 +1,7 @@
-"""Report of a load base: one HTML file with design loads, what they lack, and every case.
+"""Report of a load base: one HTML file with design loads, their gaps, and every case.
 
-What is missing or doubtful comes first, then the loads that govern, then all tables. Each number has its case, and the
-page gives the command that shows the case again.
+Missing and doubtful cases come first, then the governing loads, then all tables. Each number has its case, and the page
+gives the command that simulates the case again.
 """
 
 from __future__ import annotations
@@ -45,18 +45,18 @@ from meltemi.postprocess.extremes import COMPONENTS
 from meltemi.reports.blocks import (
     Beside,
     Block,
-    Case,
     CaseList,
+    CaseName,
+    CaseValue,
     Cell,
     Code,
     Document,
-    Entry,
     Facts,
     Folded,
     Marked,
     Section,
     Table,
-    Verdict,
+    VerdictBlock,
 )
 from meltemi.reports.html import write_page
 from meltemi.reports.turbine_facts import number
@@ -70,9 +70,9 @@ if TYPE_CHECKING:
 FILE = "report.html"
 WORD = "report.docx"
 TABLES, WORKBOOK = "tables", "design_loads.xlsx"
-"""Folder beside it, and a file in that."""
+"""Folder beside the report, and a file in it."""
 SHOWN = 10
-"""Cases with a problem up to which the list of them is unfolded."""
+"""Largest number of problems whose list is unfolded."""
 CERTIFICATE = (
     "Not certified: rules and factors were taken from secondary sources; the values listed under assumptions must be "
     "replaced by those of the turbine."
@@ -93,22 +93,22 @@ def write_report(
     Excel file in the units of the report.
 
     Args:
-      plan: of the load base.
-      folder: of the load base.
+      plan: plan of the load base.
+      folder: folder of the load base.
       against: name and design loads of another load base, to which utilisations refer.
       limits: loads to which utilisations refer instead, by kind ("ultimate", "fatigue", "clearance", "motion"),
         interface and load, such as ``{"ultimate": {"tower_base": {"M_res max": 1.2e8}}}`` in SI units, with partial
         safety factors.
-      design: its design loads; evaluated by default.
-      project: title block; that of ``project.yaml`` in the folder by default, if it is there.
+      design: design loads of the load base; evaluated by default.
+      project: title block; by default that of ``project.yaml`` in the folder, if that exists.
       word: whether ``report.docx`` is written, too.
 
     Returns:
       The files, the report first.
 
     Raises:
-      InputError: both ``against`` and ``limits`` are given, a limit names a load that is not there, a file cannot be
-        read or written, or a library for it is missing.
+      InputError: both ``against`` and ``limits`` are given, a limit names an unknown load, a file cannot be read or
+        written, or a library for it is missing.
     """
     if against is not None and limits is not None:
         raise InputError("utilisation: give another load base or limits, not both")
@@ -137,7 +137,7 @@ def load_report(
     to: str = "",
     title: Project | None = None,
 ) -> Document:
-    """The report of a load base; ``tables``: files beside it; ``ratios``: utilisations, and what they refer ``to``."""
+    """Report of a load base; ``tables``: files beside it; ``ratios``: utilisations, with their reference ``to``."""
     c, table = plan.campaign, statistics(plan, folder)
     sections = [
         Section("Governing loads", [*glance(d, ratios, to)]),
@@ -153,7 +153,7 @@ def load_report(
         [section for section in sections if section.content],
         facts=[*(title.facts if title else ()), *facts(plan)],
         lead=verdict(d, ratios),
-        footer=made(),
+        footer=footer_text(),
         running=title.running if title else "",
         cases=[CaseList(str(folder), [case.name for case in plan.cases])],
     )
@@ -191,7 +191,7 @@ def write_design_loads(design: DesignLoads, folder: str | Path) -> list[Path]:
 
 
 def facts(plan: Plan) -> list[tuple[str, str]]:
-    """What was computed, in pairs of name and value."""
+    """Facts of the computation, in pairs of name and value."""
     c, defaults = plan.campaign, plan.campaign.defaults(plan.table)
     site, file = c.site or c.metocean, Path(c.turbine).name
     where = c.iec_class.name if site is None else f"site {site.name}, {c.iec_class.name}"
@@ -209,19 +209,16 @@ def facts(plan: Plan) -> list[tuple[str, str]]:
     ]
 
 
-def made() -> str:
-    """Version and time of a page, and what it is not."""
+def footer_text() -> str:
+    """Version and time of a page, and the disclaimer."""
     return f"meltemi {meltemi.__version__}, physics {PHYSICS}, {datetime.now(UTC):%Y-%m-%d %H:%M} UTC. {CERTIFICATE}"
 
 
-# ------------------------------------------------------------------------------------------------------ verdict
-
-
-def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdict:
-    """What an engineer must know before reading a number."""
+def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> VerdictBlock:
+    """Completeness, problems and exceeded limits, which an engineer must know before reading a number."""
     coverage = d.coverage
     total, good = int(coverage["cases"].sum()), int(coverage["ok"].sum())
-    counts = {state: int(coverage[state].sum()) for state in ("missing", "failed", "unsupported", "doubtful", "warned")}
+    counts = coverage[["missing", "failed", "unsupported", "doubtful", "warned"]].sum().astype(int).to_dict()
     without = counts["missing"] + counts["failed"] + counts["unsupported"]
     lines = [*d.notes]
     if counts["missing"]:
@@ -233,36 +230,34 @@ def verdict(d: DesignLoads, ratios: pd.DataFrame | None, base: int = 0) -> Verdi
         over = exceeded(d, ratios)
         named = [f"{title_of(place)} {load}: {row.ratio:.2f}" for (_, place, load), row in over.head(8).iterrows()]
         named += [f"{len(over) - 8} more"] if len(over) > 8 else []
-        lines.append(
-            f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1{': ' if named else ''}{'; '.join(named)}"
-        )
+        count = f"{len(over)} utilisation{'s' if len(over) != 1 else ''} above 1"
+        lines.append(": ".join(filter(None, (count, "; ".join(named)))))
     if without:
         kind, heading = "bad", f"Incomplete: no results for {without} of {total} load cases"
     elif counts["doubtful"] or counts["warned"]:
         kind = "bad" if strikes else "doubtful"
         words = {"doubtful": "doubtful", "warned": "with warnings"}
-        heading = f"Complete: {total} load cases simulated, " + ", ".join(
-            f"{counts[s]} {w}" for s, w in words.items() if counts[s]
-        )
+        flawed = ", ".join(f"{counts[state]} {text}" for state, text in words.items() if counts[state])
+        heading = f"Complete: {total} load cases simulated, {flawed}"
     else:
         kind = "bad" if strikes else "doubtful" if d.common else "good"
         heading = f"Complete: {good} load cases simulated without warnings"
-        heading += f" of their own, {len(d.common)} for all of them" if d.common else ""
-    told = d.problems[d.problems["state"] != "missing"]
+        heading += f" of single cases, {len(d.common)} for all of them" if d.common else ""
+    problems = d.problems[d.problems["state"] != "missing"]
     more: Folded | None = None
-    if len(told):
+    if len(problems):
         listed = [
-            [Case(str(name), base), p.row, Marked(p.state, p.state), p.message, p.meaning]
-            for name, p in told.iterrows()
+            [CaseName(str(name), base), p.row, Marked(p.state, p.state), p.message, p.meaning]
+            for name, p in problems.iterrows()
         ]
         table = Table(["case", "DLC", "state", "message", "consequence"], listed)
         states = ", ".join(f"{n} {state}" for state, n in counts.items() if n and state != "missing")
-        more = Folded(states, table, unfolded=len(told) <= SHOWN)
-    return Verdict(kind, heading, lines, more)
+        more = Folded(states, table, unfolded=len(problems) <= SHOWN)
+    return VerdictBlock(kind, heading, lines, more)
 
 
 def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
-    """Utilisations above 1 of governing loads: of the larger end of each component, of fatigue, and of motions."""
+    """Utilisations above 1 of governing loads: the larger end of each component, fatigue loads and motions."""
     ends = {
         (place, driver)
         for place in d.ultimate.index.unique("interface")
@@ -275,13 +270,15 @@ def exceeded(d: DesignLoads, ratios: pd.DataFrame) -> pd.DataFrame:
     return over.loc[counted].sort_values("ratio", ascending=False)
 
 
-def governing_driver(own: pd.DataFrame, name: str) -> str:
-    """The end of a component with the larger magnitude, at an interface; empty if there is none."""
-    drivers = [driver for driver in (f"{name} max", f"{name} min") if driver in own.index]
-    return max(drivers, key=lambda each: abs(float(own.at[each, name])), default="")
+def governing_driver(extremes: pd.DataFrame, name: str, column: str = "") -> str:
+    """Driver of the end of a component with the larger magnitude, at an interface; empty if there is none.
 
-
-# ------------------------------------------------------------------------------------------------ governing loads
+    Args:
+      extremes: loads of the interface, index driver.
+      column: column of its values; by default ``name``.
+    """
+    drivers = [driver for driver in (f"{name} max", f"{name} min") if driver in extremes.index]
+    return max(drivers, key=lambda each: abs(float(extremes.at[each, column or name])), default="")
 
 
 def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
@@ -306,14 +303,14 @@ def glance(d: DesignLoads, ratios: pd.DataFrame | None, to: str) -> list[Block]:
 
 
 def key_numbers(d: DesignLoads) -> Facts:
-    """A line of single numbers."""
-    found: list[tuple[str, str, Case | None]] = []
+    """Key numbers: energy, clearance, extremes and stops."""
+    numbers: list[tuple[str, str, CaseName | None]] = []
     if d.energy is not None:
-        found.append(("annual energy", energy_words(d.energy), None))
+        numbers.append(("annual energy", energy_words(d.energy), None))
     if len(d.clearance):
         worst = d.clearance.loc[d.clearance["left"].idxmin()]
         text = f"{number(float(worst.left))} m ({'passes' if worst.fits else 'tower strike'}), "
-        found.append(("remaining tip clearance with factors", text, Case(str(worst.case))))
+        numbers.append(("remaining tip clearance with factors", text, CaseName(str(worst.case))))
     for channel, end, label, unit, factor in (
         ("rotor_speed", "max", "largest rotor speed", "rpm", 30.0 / math.pi),
         ("tower_top_acceleration_x", "max", "largest fore-aft tower-top acceleration", "m/s²", 1.0),
@@ -322,36 +319,37 @@ def key_numbers(d: DesignLoads) -> Facts:
     ):
         if (channel, end) in d.signals.index:
             row = d.signals.loc[(channel, end)]
-            found.append((label, f"{number(float(row.value) * factor)} {unit}, ", Case(str(row.case))))
+            numbers.append((label, f"{number(float(row.value) * factor)} {unit}, ", CaseName(str(row.case))))
     if len(d.stops):
-        found.append(("stops per year", number(float(d.stops.iloc[:, 0].sum())), None))
-    return Facts(found)
+        numbers.append(("stops per year", number(float(d.stops.iloc[:, 0].sum())), None))
+    return Facts(numbers)
 
 
-def governing(place: str, own: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> Entry | None:
+def governing(place: str, extremes: pd.DataFrame, name: str, ratios: pd.DataFrame | None) -> CaseValue | None:
     """The largest magnitude of a component, with its design load case and utilisation."""
-    if not (driver := governing_driver(own, name)):
+    if not (driver := governing_driver(extremes, name)):
         return None
-    row, factor = own.loc[driver], unit_of_driver(name)[1]
-    case = Case(str(row.case), text=f"DLC {row.row}" + ("" if row.state == "ok" else " (!)"))
-    return Entry(float(row[name]) * factor, case, utilisation(ratios, "ultimate", place, driver))
+    row, factor = extremes.loc[driver], unit_of_driver(name)[1]
+    case = CaseName(str(row.case), text=f"DLC {row.row}" + ("" if row.state == "ok" else " (!)"))
+    return CaseValue(float(row[name]) * factor, case, utilisation(ratios, "ultimate", place, driver))
 
 
 def utilisation(ratios: pd.DataFrame | None, kind: str, place: str, load: str) -> float:
-    """Of a load; NaN if there is none."""
-    known = ratios is not None and (kind, place, load) in ratios.index
-    return float(ratios.at[(kind, place, load), "ratio"]) if known and ratios is not None else math.nan
+    """Utilisation of a load; NaN if there is none."""
+    if ratios is None or (kind, place, load) not in ratios.index:
+        return math.nan
+    return float(ratios.at[(kind, place, load), "ratio"])
 
 
 def fatigue_glance(d: DesignLoads, ratios: pd.DataFrame | None) -> Table:
     """The moment of each interface with the largest lifetime equivalent load."""
     slopes = slopes_of(d.fatigue)
-    own = d.fatigue[d.fatigue["load"].isin(COMPONENTS[3:])]
+    moments = d.fatigue[d.fatigue["load"].isin(COMPONENTS[3:])]
     rows: list[list[Cell]] = []
-    for place, part in own.groupby("interface", sort=False):
+    for place, part in moments.groupby("interface", sort=False):
         best = part.loc[part[slopes[-1]].idxmax()]
         use = (utilisation(ratios, "fatigue", str(place), f"{best.load} m={m:g}") for m in slopes)
-        loads = (Entry(float(best[m]) * MOMENT[1], ratio=ratio) for m, ratio in zip(slopes, use, strict=True))
+        loads = (CaseValue(float(best[m]) * MOMENT[1], ratio=ratio) for m, ratio in zip(slopes, use, strict=True))
         rows.append([title_of(str(place)), str(best.load), *loads])
     caption = f"Lifetime damage-equivalent ranges of the largest moment, {d.settings.reference:.3g} cycles"
     return Table(["interface", "moment", *(f"m = {m:g}\n{MOMENT[0]}" for m in slopes)], rows, caption)
@@ -361,37 +359,34 @@ def limit_ratios(d: DesignLoads, limits: Mapping[str, Any]) -> pd.DataFrame:
     """Utilisations against limits, in the form of ``compare_bases``.
 
     Raises:
-      InputError: a limit names a load that is not there, or is not a number.
+      InputError: a limit names an unknown load, or is not a number.
     """
-    found = compare_bases(d, d)
-    found["reference"], found["reference_case"], found["ratio"] = math.nan, "limit", math.nan
+    ratios = compare_bases(d, d)
+    ratios["reference"], ratios["reference_case"], ratios["ratio"] = math.nan, "limit", math.nan
     for kind, places in limits.items():
         for place, loads in places.items() if isinstance(places, Mapping) else [("", None)]:
             if not isinstance(loads, Mapping):
                 raise InputError(f"limits: {kind}: expected interfaces with loads and values, found {places!r}")
             for load, limit in loads.items():
                 key, name = (kind, place, load), f"{kind} {place} {load}"
-                if key not in found.index:
-                    near = did_you_mean(name, [" ".join(map(str, each)) for each in found.index])
+                if key not in ratios.index:
+                    near = did_you_mean(name, [" ".join(map(str, each)) for each in ratios.index])
                     raise InputError(f"limits: there is no load {name!r}; {near}")
                 if not isinstance(limit, int | float) or isinstance(limit, bool) or not limit:
                     raise InputError(f"limits: {name}: expected a number other than zero, found {limit!r}")
-                value = float(found.at[key, "value"])
-                found.loc[[key], "reference"] = float(limit)
-                found.loc[[key], "ratio"] = limit / value if kind == "clearance" else abs(value / limit)
-    return found[found["ratio"].notna()]
+                value = float(ratios.at[key, "value"])
+                ratios.loc[[key], "reference"] = float(limit)
+                ratios.loc[[key], "ratio"] = limit / value if kind == "clearance" else abs(value / limit)
+    return ratios[ratios["ratio"].notna()]
 
 
 def read_limits(path: str | Path) -> dict[str, Any]:
     """Limits of a YAML file.
 
     Raises:
-      InputError: it cannot be read.
+      InputError: the file cannot be read.
     """
     return dict(read_mapping(Path(path)))
-
-
-# ------------------------------------------------------------------------------------------------------ commands
 
 
 def files_text(folder: str | Path, tables: list[Path]) -> str:
@@ -405,7 +400,7 @@ def files_text(folder: str | Path, tables: list[Path]) -> str:
 
 
 def commands(base: str) -> list[str | Code]:
-    """How the numbers come about again."""
+    """Commands that reproduce the numbers."""
     return [
         "To simulate a case again, with its series and a plot; the numbers are those of the load base in all digits:",
         Code(f"meltemi loads show {base} CASE --plot"),

@@ -14,7 +14,7 @@ from meltemi.loads.loadbase.engine import base_table
 from meltemi.loads.loadbase.interfaces import known_channels
 from meltemi.loads.loadbase.plan import Plan, PlannedCase
 from meltemi.loads.loadbase.wording import in_words
-from meltemi.reports.blocks import Block, Case, Cell, Marked, Statistics, Table
+from meltemi.reports.blocks import Block, CaseName, Cell, Marked, Statistics, Table
 from meltemi.simulation.channels import find
 
 if TYPE_CHECKING:
@@ -23,38 +23,36 @@ if TYPE_CHECKING:
 OF_BLADE = re.compile(r"_\d$")
 """Ending of the channels of a blade."""
 FIRST = "tower base moment fore aft"
-"""Shown first."""
+"""Channel that the chart shows first."""
 KEY_CHANNELS = {
     "tower base moment fore aft": ("max", "tower base\nlargest fore-aft"),
     "root moment out of plane": ("max", "blade root\nlargest out-of-plane"),
     "tip clearance": ("min", "least tip\nclearance"),
     "rotor speed": ("max", "largest\nrotor speed"),
 }
-"""Extremes in the list of cases, and their heads."""
+"""Extremes in the list of cases, with the heads of their columns."""
 
 
 def statistics(plan: Plan, folder: str | Path) -> pd.DataFrame:
-    """Statistics in the units of the report, of all blades together.
+    """Statistics in the units of the report, over all blades together.
 
     Returns:
       index (channel in words, case); columns min, mean, max, unit: the smallest and largest of all blades.
     """
     import pandas as pd
 
-    found = base_table(plan, folder, "statistics")
-    if not len(found):
+    raw = base_table(plan, folder, "statistics")
+    if not len(raw):
         empty = pd.MultiIndex.from_tuples([], names=["channel", "case"])
         return pd.DataFrame(columns=["min", "mean", "max", "unit"], index=empty)
-    found = found[~found["channel"].str.contains("@")]
-    names = found["channel"].unique()
-    known = known_channels(plan.campaign.blades)
-    units = {name: _unit(name, known) for name in names}
-    words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in names}
-    channel = found["channel"]
-    factor = channel.map({name: factor for name, (_, factor) in units.items()}).to_numpy(float)
-    own = {end: found[end].to_numpy(float) * factor for end in ("min", "mean", "max")}
-    frame = pd.DataFrame(own | {"channel": channel.map(words), "case": found["case"].astype(str)})
-    merged = frame.groupby(["channel", "case"], sort=False).agg({"min": "min", "mean": "mean", "max": "max"})
+    raw, known = raw[~raw["channel"].str.contains("@")], known_channels(plan.campaign.blades)
+    channel = raw["channel"]
+    units = {name: _unit(name, known) for name in channel.unique()}
+    words = {name: OF_BLADE.sub("", name).replace("_", " ") for name in units}
+    ends = ["min", "mean", "max"]
+    values = raw[ends].mul(channel.map({name: factor for name, (_, factor) in units.items()}), axis=0)
+    frame = values.assign(channel=channel.map(words), case=raw["case"].astype(str))
+    merged = frame.groupby(["channel", "case"], sort=False).agg({end: end for end in ends})
     of_words = {words[name]: unit for name, (unit, _) in units.items()}
     return merged.assign(unit=merged.index.get_level_values("channel").map(of_words))
 
@@ -67,7 +65,7 @@ def _unit(name: str, known: dict[str, Any]) -> tuple[str, float]:
 
 
 def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Block]:
-    """Chart of the statistics of all cases, of a channel that is chosen.
+    """Chart of the statistics of all cases for a channel that the reader chooses.
 
     Args:
       bases: name, plan and :func:`statistics` of one or several load bases.
@@ -76,20 +74,18 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
     for name, plan, table in bases:
         cases = [case.name for case in plan.cases]
         dlcs = list(dict.fromkeys(case.dlc for case in plan.cases))
-        own = []
+        series = []
         for channel in table.index.unique("channel"):
             part = table.loc[channel].reindex(cases)
             ends = {end: part[end].to_numpy(float) for end in ("min", "mean", "max")}
-            own.append({"label": channel, "unit": part["unit"].dropna().iloc[0]} | ends)
-        speeds = [case.variant.speed for case in plan.cases]
-        yaws = [case.variant.yaw or 0.0 for case in plan.cases]
+            series.append({"label": channel, "unit": part["unit"].dropna().iloc[0]} | ends)
         axes = [
-            {"label": "wind speed", "unit": "m/s", "values": speeds},
-            {"label": "yaw error", "unit": "deg", "values": yaws},
+            {"label": "wind speed", "unit": "m/s", "values": [case.variant.speed for case in plan.cases]},
+            {"label": "yaw error", "unit": "deg", "values": [case.variant.yaw or 0.0 for case in plan.cases]},
         ]
         dlc = [dlcs.index(case.dlc) for case in plan.cases]
-        content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": own, "across": axes})
-        channels += len(own)
+        content.append({"name": name, "dlcs": dlcs, "dlc": dlc, "channels": series, "across": axes})
+        channels += len(series)
     if not channels:
         return []
     caption = "Each point is a case; click on it for its command. Blades: largest and smallest value of all blades."
@@ -98,29 +94,27 @@ def statistics_chart(bases: Sequence[tuple[str, Plan, pd.DataFrame]]) -> list[Bl
 
 def case_table(plan: Plan, table: pd.DataFrame, d: DesignLoads) -> list[Block]:
     """All cases with conditions, state and main extremes; ``table``: their :func:`statistics`."""
-    keys = {
-        channel: table.loc[channel] for channel in KEY_CHANNELS if channel in table.index.get_level_values("channel")
-    }
-    heads = [f"{KEY_CHANNELS[channel][1]} {own['unit'].iloc[0]}" for channel, own in keys.items()]
-    values = [own[KEY_CHANNELS[channel][0]].to_dict() for channel, own in keys.items()]
+    channels = table.index.unique("channel")
+    keys = {channel: table.loc[channel] for channel in KEY_CHANNELS if channel in channels}
+    heads = [f"{KEY_CHANNELS[channel][1]} {extremes['unit'].iloc[0]}" for channel, extremes in keys.items()]
+    values = [extremes[KEY_CHANNELS[channel][0]].to_dict() for channel, extremes in keys.items()]
     problems = d.problems[["state", "message"]].to_dict("index")
     rows: list[list[Cell]] = []
     for case in plan.cases:
-        told = problems.get(case.name, {"state": "ok", "message": ""})
-        rows.append(
-            [
-                Case(case.name),
-                *(case.dlc, case.variant.model),
-                case.variant.speed,
-                None if case.variant.yaw is None else f"{case.variant.yaw:g}",
-                event_of(case),
-                None if case.variant.seed is None else str(case.variant.seed),
-                f"{case.factor:g}",
-                *(value.get(case.name) for value in values),
-                "ok" if told["state"] == "ok" else Marked(told["state"], told["state"]),
-                told["message"],
-            ]
-        )
+        v, problem = case.variant, problems.get(case.name, {"state": "ok", "message": ""})
+        yaw, seed = None if v.yaw is None else f"{v.yaw:g}", None if v.seed is None else str(v.seed)
+        state = "ok" if problem["state"] == "ok" else Marked(problem["state"], problem["state"])
+        cells: list[Cell] = [
+            CaseName(case.name),
+            case.dlc,
+            v.model,
+            v.speed,
+            yaw,
+            event_of(case),
+            seed,
+            f"{case.factor:g}",
+        ]
+        rows.append([*cells, *(value.get(case.name) for value in values), state, problem["message"]])
     head = ["case", "DLC", "wind", "speed\nm/s", "yaw\ndeg", "event", "seed", "factor", *heads, "state", "message"]
     ids = [f"case-0-{case.name}" for case in plan.cases]
     paper = f"All {len(rows)} cases are listed in plan.csv, those with a message in tables/problems.csv."
@@ -139,7 +133,7 @@ def event_of(case: PlannedCase) -> str:
 
 
 def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
-    """The load case table as it was computed, and values that come from practice."""
+    """Load case table of the computation, and values that come from practice."""
     rows: list[list[Cell]] = []
     for row in plan.summary():
         numbers = d.coverage.loc[row.name] if row.name in d.coverage.index else None
@@ -147,13 +141,9 @@ def assumption_tables(plan: Plan, d: DesignLoads) -> list[Block]:
         lacking = "" if numbers is None else str(numbers["missing"] + numbers["unsupported"] or "")
         incomplete = numbers is not None and not numbers["complete"]
         title = plan.table.rows[row.name].title
-        texts = [row.name, title, row.situation, row.wind, row.type, row.factor]
-        rows.append(
-            [
-                *(*texts, plan.table.rows[row.name].characteristic, str(row.cases), f"{row.hours:.1f}", *counts),
-                Marked(lacking, "bad") if incomplete else lacking,
-            ]
-        )
+        name, *texts, cases, hours = row.texts
+        texts = [name, title, *texts, plan.table.rows[name].characteristic, cases, hours]
+        rows.append([*texts, *counts, Marked(lacking, "bad") if incomplete else lacking])
     head = "DLC,title,situation,wind,loads,factor,value,cases,hours,ok,doubtful,failed,lacking".split(",")
     table = Table(head, rows, caption="Design load cases")
     settings = d.settings

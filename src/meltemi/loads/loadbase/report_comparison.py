@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from meltemi.core.units import display
 from meltemi.loads.loadbase.design import DesignLoads, compare_bases, design_loads
 from meltemi.loads.loadbase.plan import Plan
-from meltemi.loads.loadbase.report import FILE, facts, made, utilisation, verdict
+from meltemi.loads.loadbase.report import FILE, facts, footer_text, governing_driver, utilisation, verdict
 from meltemi.loads.loadbase.report_cases import statistics, statistics_chart
 from meltemi.loads.loadbase.report_loads import GWH, LOADS, WITH, energy_words, load_heads, title_of, unit_of_driver
 from meltemi.loads.loadbase.settings import STANDARD, DesignSettings
@@ -18,17 +18,17 @@ from meltemi.reports.blocks import (
     Axis,
     Beside,
     Block,
-    Case,
     CaseList,
+    CaseName,
+    CaseValue,
     Cell,
     Chart,
     Code,
     Curve,
     Document,
-    Entry,
     Marked,
-    Part,
     Section,
+    Subsection,
     Table,
     words,
 )
@@ -47,9 +47,9 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
 
     Args:
       one: folder and plan of the load base.
-      other: of the one to which it is compared.
+      other: folder and plan of the reference.
       out: folder for the files.
-      settings: of the evaluation of both.
+      settings: settings of the evaluation of both.
 
     Returns:
       The two files.
@@ -65,14 +65,15 @@ def write_base_comparison(one: Base, other: Base, out: str | Path, settings: Des
 
 def base_comparison(bases: tuple[Base, Base], designs: tuple[DesignLoads, DesignLoads]) -> Document:
     """Two load bases side by side: verdicts, ratios, statistics, input; ``designs``: the design loads of both."""
-    names, found = [folder for folder, _ in bases], compare_bases(*designs)
+    names, ratios = [folder for folder, _ in bases], compare_bases(*designs)
     tables = [(folder, plan, statistics(plan, folder)) for folder, plan in bases]
     verdicts = [
-        Part(folder, [verdict(d, None, base)]) for base, (folder, d) in enumerate(zip(names, designs, strict=True))
+        Subsection(folder, [verdict(d, None, base)])
+        for base, (folder, d) in enumerate(zip(names, designs, strict=True))
     ]
     sections = [
-        Section("Ratios of loads", [_glance(found, names), *_energy(*designs, names)]),
-        Section("All loads", [_all(found, names)]),
+        Section("Ratios of loads", [_glance(ratios, names), *_energy(*designs, names)]),
+        Section("All loads", [_all(ratios, names)]),
         Section("Statistics of all cases", statistics_chart(tables)),
         Section("Input", [_input(bases)]),
         Section("Commands", [Code(f"meltemi loads compare {names[0]} {names[1]}")]),
@@ -82,32 +83,30 @@ def base_comparison(bases: tuple[Base, Base], designs: tuple[DesignLoads, Design
         sections,
         facts=[("load base", names[0]), ("compared with", names[1])],
         lead=Beside(verdicts),
-        footer=made(),
+        footer=footer_text(),
         cases=[CaseList(folder, [case.name for case in plan.cases]) for folder, plan in bases],
     )
 
 
 def _input(bases: tuple[Base, Base]) -> Table:
-    """What was computed, side by side."""
-    (_, a), (_, b) = bases
-    both = zip(facts(a), facts(b), strict=True)
+    """Facts of both computations, side by side."""
+    both = zip(*(facts(plan) for _, plan in bases), strict=True)
     rows: list[list[Cell]] = [[name, one, other, "" if one == other else "differs"] for (name, one), (_, other) in both]
     return Table(["", bases[0][0], bases[1][0], ""], rows)
 
 
-def _glance(found: pd.DataFrame, names: list[str]) -> Table:
+def _glance(ratios: pd.DataFrame, names: list[str]) -> Table:
     """Ratio of the largest magnitude of each component and interface."""
-    ultimate = found.loc["ultimate"] if "ultimate" in found.index.get_level_values(0) else found.iloc[:0]
+    ultimate = ratios.loc["ultimate"] if "ultimate" in ratios.index.get_level_values(0) else ratios.iloc[:0]
     rows: list[list[Cell]] = []
     for place in ultimate.index.unique(0):
-        own = ultimate.loc[place]
+        loads = ultimate.loc[place]
         cells: list[Cell] = [title_of(str(place))]
         for name in LOADS:
-            ends = [each for each in (f"{name} max", f"{name} min") if each in own.index]
-            worst = max(ends, key=lambda each: abs(float(own.at[each, "value"])))
-            row, factor = own.loc[worst], unit_of_driver(name)[1]
+            worst = governing_driver(loads, name, "value")
+            row, factor = loads.loc[worst], unit_of_driver(name)[1]
             values = " / ".join(words(float(row[key]) * factor) for key in ("value", "reference"))
-            cells.append(Entry(ratio=utilisation(found, "ultimate", str(place), worst), note=values))
+            cells.append(CaseValue(ratio=utilisation(ratios, "ultimate", str(place), worst), note=values))
         rows.append(cells)
     caption = f"Governing ultimate loads of {names[0]} over those of {names[1]}, {WITH}"
     return Table(["interface", *load_heads(LOADS)], rows, caption=caption)
@@ -137,29 +136,26 @@ def _unit(kind: str, load: str) -> tuple[str, float]:
     return ("m", 1.0) if kind in ("clearance", "motion") else unit_of_driver(load)
 
 
-def _all(found: pd.DataFrame, names: list[str]) -> Table:
+def _all(ratios: pd.DataFrame, names: list[str]) -> Table:
     rows: list[list[Cell]] = []
-    for (kind, place, load), row in found.iterrows():
+    for (kind, place, load), row in ratios.iterrows():
         unit, factor = _unit(kind, load)
         ratio: Cell = f"{row.ratio:.3f}" if math.isfinite(row.ratio) else ""
         if row.ratio > 1.0 and kind in ("ultimate", "fatigue", "motion"):
             ratio = Marked(str(ratio), "over")
-        cases = [
-            Case(str(c), base) if isinstance(c, str) and c else ""
-            for base, c in enumerate((row.case, row.reference_case))
-        ]
-        rows.append(
-            [kind, title_of(place), load, unit, float(row.value) * factor, float(row.reference) * factor, ratio, *cases]
-        )
+        names_of_cases = enumerate((row.case, row.reference_case))
+        cases = [CaseName(name, base) if isinstance(name, str) and name else "" for base, name in names_of_cases]
+        values = (float(row.value) * factor, float(row.reference) * factor)
+        rows.append([kind, title_of(place), load, unit, *values, ratio, *cases])
     head = ["kind", "interface", "load", "unit", *names, "ratio", f"case\n{names[0]}", f"case\n{names[1]}"]
     return Table(head, rows)
 
 
-def _plain_rows(found: pd.DataFrame, names: list[str]) -> tuple[list[str], list[list[str]]]:
+def _plain_rows(ratios: pd.DataFrame, names: list[str]) -> tuple[list[str], list[list[str]]]:
     """Header and rows in SI units."""
     head = ["kind", "interface", "load", *names, "ratio", "case", "reference case"]
     keys = ("value", "reference", "ratio")
     return head, [
         [*place, *(f"{row[key]:.15g}" for key in keys), str(row["case"] or ""), str(row["reference_case"] or "")]
-        for place, row in found.iterrows()
+        for place, row in ratios.iterrows()
     ]

@@ -15,7 +15,7 @@ from meltemi.loads.loadbase.design import DesignLoads
 from meltemi.loads.loadbase.ultimate import ExtrapolatedLoad
 from meltemi.loads.loadbase.weights import edges
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
-from meltemi.reports.blocks import Axis, Beside, Block, Case, Cell, Chart, Curve, Marked, Share, Table, chosen
+from meltemi.reports.blocks import Axis, Beside, Block, CaseName, Cell, Chart, Curve, Marked, Share, Table, chosen
 from meltemi.reports.turbine_facts import number
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ FORCE, MOMENT = display("N"), display("N m")
 LOADS = (*COMPONENTS, "F_res", "M_res")
 WITH, WITHOUT = "with partial safety factor", "without partial safety factor"
 SMALL_SHARE = 0.005
-"""Shares of damage below it are not printed."""
+"""Smallest share of damage that is printed."""
 HOUR, GWH = 3600.0, 3.6e12
 
 
@@ -52,7 +52,7 @@ def load_cells(row: pd.Series, drivers: Iterable[str]) -> dict[str, float]:
 
 
 def with_band(value: float, half_width: float) -> str:
-    """A value with its interval, if there is one."""
+    """A value with the half width of its interval, if that is finite."""
     return number(value) + (f" ± {number(half_width)}" if math.isfinite(half_width) else "")
 
 
@@ -66,11 +66,8 @@ def slopes_of(table: pd.DataFrame) -> list[float]:
     return [name for name in table.columns if isinstance(name, float | int)]
 
 
-# ------------------------------------------------------------------------------------------------ extreme loads
-
-
 def extreme_blocks(d: DesignLoads) -> list[Block]:
-    """For each interface the extremes with contemporaneous loads, with and without factor, and by row of the table."""
+    """Extremes of each interface with contemporaneous loads, with and without factor, and by row of the table."""
     if not len(d.ultimate):
         return []
     words = (
@@ -86,9 +83,9 @@ def extreme_blocks(d: DesignLoads) -> list[Block]:
     return [words, *chosen("Interface", parts)]
 
 
-def _extremes(own: pd.DataFrame, words: str) -> Table:
+def _extremes(extremes: pd.DataFrame, words: str) -> Table:
     rows: list[list[Cell]] = []
-    for driver, row in own.iterrows():
+    for driver, row in extremes.iterrows():
         extreme = str(driver).split()[0]
         loads = [Marked(x, "own") if h == extreme else x for h, x in load_cells(row, LOADS).items()]
         angles = [f"{math.degrees(row[f'{h} angle']):.0f}" for h in LOADS[6:]]
@@ -96,7 +93,7 @@ def _extremes(own: pd.DataFrame, words: str) -> Table:
         state = "" if row.state == "ok" else str(row.state)
         lacking = f"{row.lacking} cases excluded" if row.lacking else ""
         note = ", ".join(filter(None, (state, lacking)))
-        conditions = (f"{row.factor:g}", Case(str(row.case)), str(row.blade or ""), f"{row.time:.1f}", runs)
+        conditions = (f"{row.factor:g}", CaseName(str(row.case)), str(row.blade or ""), f"{row.time:.1f}", runs)
         rows.append([str(driver), *loads, *angles, *conditions, Marked(note, "doubtful") if note else ""])
     head = ["extreme", *load_heads(LOADS), "F_res\ndeg", "M_res\ndeg", "factor", "case", "blade", "time\ns", "value"]
     return Table([*head, "note"], rows, caption=f"Extreme loads, {words}")
@@ -104,9 +101,9 @@ def _extremes(own: pd.DataFrame, words: str) -> Table:
 
 def _by_row(d: DesignLoads, place: str) -> Table:
     """Design loads of each row of the table."""
-    own = d.by_row.loc[place]
-    drivers = [driver for driver in DRIVERS if driver in own.index.unique("driver")]
-    table = own["design"].unstack("driver")[drivers]
+    loads_by_row = d.by_row.loc[place]
+    drivers = [driver for driver in DRIVERS if driver in loads_by_row.index.unique("driver")]
+    table = loads_by_row["design"].unstack("driver")[drivers]
     table = table.loc[[row for row in d.coverage.index if row in table.index]]
     severe = {name: table[name].idxmin() if name.endswith("min") else table[name].idxmax() for name in drivers}
     rows: list[list[Cell]] = []
@@ -118,7 +115,7 @@ def _by_row(d: DesignLoads, place: str) -> Table:
 
 
 def extrapolation_blocks(d: DesignLoads) -> list[Block]:
-    """Load of DLC 1.1 with a return period of 50 years, by all ways."""
+    """Load of DLC 1.1 with a return period of 50 years, by all methods of extrapolation."""
     if not d.extrapolations:
         return []
     quantiles = [f"{factor:g} x {100.0 * q:g} % quantile" for factor, q in d.plan.table.extrapolation.quantiles]
@@ -136,8 +133,8 @@ def extrapolation_blocks(d: DesignLoads) -> list[Block]:
         f"Loads with a probability of exceedance of {d.plan.table.extrapolation.probability:g} in ten minutes (return "
         f"period 50 years), {WITHOUT}; bands by bootstrap over the seeds."
     )
-    drawn = [(_name(e), [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull]
-    return [words, Table(head, rows), *chosen("Plot of", drawn)]
+    plots = [(_name(e), [_exceedance(e)]) for e in d.extrapolations if e.gumbel or e.weibull]
+    return [words, Table(head, rows), *chosen("Plot of", plots)]
 
 
 def _name(e: ExtrapolatedLoad) -> str:
@@ -146,9 +143,9 @@ def _name(e: ExtrapolatedLoad) -> str:
 
 def _exceedance(e: ExtrapolatedLoad) -> Chart:
     unit, factor = display(e.unit)
-    found = e.gumbel or e.weibull
-    assert found is not None
-    lowest = 0.3 * found.probability  # nothing below the probability that is asked for
+    extrapolation = e.gumbel or e.weibull
+    assert extrapolation is not None
+    lowest = 0.3 * extrapolation.probability  # the chart ends below the probability of interest
 
     def curve(name: str, x: Float, y: Float, colour: int, upper: Float | None = None, dots: bool = False) -> Curve:
         keep = (y if upper is None else upper) > lowest
@@ -160,9 +157,9 @@ def _exceedance(e: ExtrapolatedLoad) -> Chart:
         if x is not None:
             curves.append(curve(f"{name}, band", x.levels, x.band[0], colour, upper=x.band[1]))
             curves.append(curve(name, x.levels, x.exceedance, colour))
-    curves.append(curve("simulations", found.points[0], found.points[1], 2, dots=True))
-    ends = [float(np.min(found.points[0])) * factor, found.load * factor]
-    curves.append(Curve("50 years", ends, [found.probability] * 2, dash="5 4", colour=4))
+    curves.append(curve("simulations", extrapolation.points[0], extrapolation.points[1], 2, dots=True))
+    ends = [float(np.min(extrapolation.points[0])) * factor, extrapolation.load * factor]
+    curves.append(Curve("50 years", ends, [extrapolation.probability] * 2, dash="5 4", colour=4))
     words = "Probability of exceedance in ten minutes: simulations, fitted distributions and their bands."
     return Chart(_name(e), Axis(_name(e), unit), Axis("probability", log=True), curves, caption=words)
 
@@ -176,7 +173,7 @@ def clearance_table(d: DesignLoads) -> list[Block]:
         values = [float(c[name]) for name in ("clearance", "factor", "deflection", "left")]
         result = "passes" if c.fits else Marked("tower strike", "bad")
         excluded = str(c.lacking or "")
-        rows.append([str(row), *values, 100.0 * float(c.ratio), Case(str(c.case)), str(c.runs), excluded, result])
+        rows.append([str(row), *values, 100.0 * float(c.ratio), CaseName(str(c.case)), str(c.runs), excluded, result])
     head = ["DLC", "clearance\nm", "factor", "deflection\nm", "remaining\nm", "clearance\n%"]
     words = (
         f"Smallest distance between blade tip and tower surface; {number(d.undeflected)} m undeflected. Remaining "
@@ -191,13 +188,13 @@ def line_blocks(d: DesignLoads) -> list[Block]:
     """Design tensions of the mooring lines: the governing row of each with all lines and after the loss of one."""
     rows: list[list[Cell]] = []
     table = d.lines.reset_index()
-    for (channel, lost), own in table.groupby(["channel", "lost"], sort=False) if len(table) else ():
-        worst = own.loc[own["design"].idxmax()]
+    for (channel, lost), tensions in table.groupby(["channel", "lost"], sort=False) if len(table) else ():
+        worst = tensions.loc[tensions["design"].idxmax()]
         loads = [float(worst[name]) * FORCE[1] for name in ("mean", "largest", "design")]
         ratio = float(worst.utilisation)
         use = None if math.isnan(ratio) else Marked(ratio, "bad") if ratio > 1.0 else ratio
         state = "one line lost" if lost else "all lines"
-        rows.append([title_of(str(channel)), state, *loads, use, f"DLC {worst.row}", Case(str(worst.case))])
+        rows.append([title_of(str(channel)), state, *loads, use, f"DLC {worst.row}", CaseName(str(worst.case))])
     head = ["tension", "state", *(f"{name}\n{FORCE[0]}" for name in ("mean", "largest", "design")), "utilisation"]
     factors = d.plan.table.factors
     words = (
@@ -213,17 +210,14 @@ def signal_table(d: DesignLoads) -> list[Block]:
     rows: list[list[Cell]] = []
     for (channel, end), s in d.signals.iterrows():
         unit, factor = display(str(s.unit), angular_rate_in_degrees="speed" not in str(channel))
-        value, case = float(s.value) * factor, Case(str(s.case))
+        value, case = float(s.value) * factor, CaseName(str(s.case))
         rows.append([title_of(str(channel)), str(end), value, unit, case, str(s.runs)])
     head = ["channel", "end", "value", "unit", "case", "simulations"]
     return [f"Characteristic values, {WITHOUT}.", Table(head, rows)] if rows else []
 
 
-# ------------------------------------------------------------------------------------------------------ fatigue
-
-
 def fatigue_blocks(d: DesignLoads) -> list[Block]:
-    """Lifetime equivalent loads, and where the damage comes from."""
+    """Lifetime equivalent loads, and the damage by load case and wind speed."""
     if not len(d.fatigue):
         return []
     slopes = slopes_of(d.fatigue)
@@ -244,12 +238,8 @@ def fatigue_blocks(d: DesignLoads) -> list[Block]:
         for name, row in d.fatigue.iterrows()
         if str(row.load) in COMPONENTS and int(row.blade) in (0, 1)
     ]
-    return [
-        words,
-        Table(head, rows),
-        *chosen("Damage by load case, slope", shares),
-        *chosen("Damage by wind speed of", speeds),
-    ]
+    charts = [*chosen("Damage by load case, slope", shares), *chosen("Damage by wind speed of", speeds)]
+    return [words, Table(head, rows), *charts]
 
 
 def _slope_heads(slopes: Iterable[float]) -> list[str]:
@@ -269,16 +259,16 @@ def _shares(d: DesignLoads, slope: float) -> Table:
 
 
 def by_speed(d: DesignLoads, channel: str, slopes: list[float]) -> Chart:
-    """Share of the damage in each bin of the wind speed; what is beyond cut-out is one bin."""
-    own = 100.0 * d.shares.loc[channel]
-    speeds, c = own.index.get_level_values("speed").to_numpy(float), d.plan.campaign
+    """Share of the damage in each bin of the wind speed; wind beyond cut-out is one bin."""
+    shares = 100.0 * d.shares.loc[channel]
+    speeds, c = shares.index.get_level_values("speed").to_numpy(float), d.plan.campaign
     inner = [v for v in edges(sorted(d.powers.index))[1:-1] if c.cut_in < v < c.cut_out]
     beyond = [float(speeds.max())] if speeds.max() > c.cut_out else []
     ends = np.array([c.cut_in, *inner, c.cut_out, *beyond])
     place = np.clip(np.searchsorted(ends, speeds, side="left") - 1, 0, len(ends) - 2)  # cut-out belongs to production
     curves = []
     for m in slopes:
-        share = np.bincount(place, own[m].to_numpy(float), len(ends) - 1)
+        share = np.bincount(place, shares[m].to_numpy(float), len(ends) - 1)
         curves.append(Curve(f"m = {m:g}", np.repeat(ends, 2)[1:-1], np.repeat(share, 2)))
     axes = Axis("wind speed", "m/s"), Axis("share", "%", start=0.0)
     words = "share of each wind speed bin" + (f"; from {c.cut_out:g} m/s on the turbine idles" if beyond else "")
@@ -290,25 +280,22 @@ def rose_blocks(d: DesignLoads) -> list[Block]:
     parts: list[tuple[str, list[Block]]] = []
     axes = Axis("direction", "deg"), Axis("moment", MOMENT[0])
     for place in d.roses.index.unique("interface") if len(d.roses) else ():
-        own = d.roses.loc[place]
-        angles, slopes = own.index.to_numpy(float), slopes_of(own)
-        largest, *ranges = (own[name].to_numpy(float) * MOMENT[1] for name in ("largest", *slopes))
+        rose = d.roses.loc[place]
+        angles, slopes = rose.index.to_numpy(float), slopes_of(rose)
+        largest, *ranges = (rose[name].to_numpy(float) * MOMENT[1] for name in ("largest", *slopes))
         curves = [Curve(name, angles, x) for name, x in zip(_slope_heads(slopes), ranges, strict=True)]
         both: list[Block] = [
             Chart("Largest moment", *axes, [Curve("largest", angles, largest)], f"{WITH}, by direction", polar=True),
             Chart("Lifetime damage-equivalent range", *axes, curves, "of the moment in each direction", polar=True),
         ]
         rows: list[list[Cell]] = []
-        for i, (angle, r) in enumerate(own.iterrows()):
-            governing = f"{r.factor:g}", f"DLC {r.row}", Case(str(r.case))
+        for i, (angle, r) in enumerate(rose.iterrows()):
+            governing = f"{r.factor:g}", f"DLC {r.row}", CaseName(str(r.case))
             rows.append([f"{angle:g}", float(largest[i]), *governing, *(float(x[i]) for x in ranges)])
         head = ["direction\ndeg", f"largest\n{MOMENT[0]}", "factor", "DLC", "case", *_slope_heads(slopes)]
         parts.append((title_of(str(place)), [Beside(both), Table(head, rows)]))
     words = "Moments by direction, from the first transverse axis (0 deg) towards the second (90 deg)."
     return [words, *chosen("Interface", parts)] if parts else []
-
-
-# ------------------------------------------------------------------------------------- durations, energy, operation
 
 
 def duration_blocks(d: DesignLoads) -> list[Block]:
@@ -323,10 +310,10 @@ def duration_blocks(d: DesignLoads) -> list[Block]:
     head = ["load", "unit", *(f"exponent {p:.3g}" for p in exponents)]
     parts = []
     for load in d.durations.index.unique("load"):
-        own, name = d.durations.loc[load], title_of(str(load))
+        levels, name = d.durations.loc[load], title_of(str(load))
         unit, factor = _unit(str(load))
-        low, high = (own.index.get_level_values(end).to_numpy(float) for end in ("low", "high"))
-        curves = [Curve("time", 0.5 * (low + high) * factor, own["time"].to_numpy(float) / HOUR, dots=True)]
+        low, high = (levels.index.get_level_values(end).to_numpy(float) for end in ("low", "high"))
+        curves = [Curve("time", 0.5 * (low + high) * factor, levels["time"].to_numpy(float) / HOUR, dots=True)]
         words = "in the lifetime at each load level; 20 levels per octave"
         axes = Axis(name, unit), Axis("time", "h", log=True)
         parts.append((name, [Chart(f"Duration of {name}", *axes, curves, caption=words)]))
@@ -366,15 +353,11 @@ def _power_charts(powers: pd.DataFrame) -> list[Block]:
     if np.isfinite(half).any():
         curves.append(Curve("interval", speeds, power - half, upper=power + half, colour=0))
     energy = Curve("energy", speeds, powers["energy"].to_numpy(float) / 3.6e9)
-    wind, kilowatts, megawatt_hours = (
-        Axis("wind speed", "m/s"),
-        Axis("power", "kW", start=0.0),
-        Axis("energy", "MWh", start=0.0),
-    )
-    words = "mean of the production cases at each wind speed", "annual energy production in each wind speed bin"
+    wind, words = Axis("wind speed", "m/s"), "annual energy production in each wind speed bin"
+    mean = "mean of the production cases at each wind speed"
     return [
-        Chart("Power", wind, kilowatts, curves, words[0]),
-        Chart("Energy", wind, megawatt_hours, [energy], words[1]),
+        Chart("Power", wind, Axis("power", "kW", start=0.0), curves, mean),
+        Chart("Energy", wind, Axis("energy", "MWh", start=0.0), [energy], words),
     ]
 
 
@@ -385,6 +368,6 @@ def _duty_table(duties: pd.DataFrame) -> Table:
         travel = [math.degrees(duty.travel), duty.moving / HOUR, 100.0 * duty.moving_share]
         rates = [math.degrees(duty.rms_rate), math.degrees(duty.largest_rate)]
         counts = [float(duty.starts), float(duty.reversals)]
-        rows.append([title_of(str(drive)), *travel, *counts, *rates, Case(str(duty.case))])
+        rows.append([title_of(str(drive)), *travel, *counts, *rates, CaseName(str(duty.case))])
     head = ["drive", "travel\ndeg", "moving\nh", "moving\n%", "starts", "reversals", "rms rate\ndeg/s"]
     return Table([*head, "largest rate\ndeg/s", "case"], rows, caption="Annual duty of the drives")

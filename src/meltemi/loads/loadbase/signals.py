@@ -15,7 +15,7 @@ from meltemi.loads.extrapolation import Float
 from meltemi.loads.loadbase.coverage import Results
 from meltemi.loads.loadbase.interfaces import MOTIONS, TURNED, Interface, tensions
 from meltemi.loads.loadbase.plan import PlannedCase
-from meltemi.loads.loadbase.ultimate import EXTRAPOLATED, Evaluation, Runs, blade_groups, each_row, family
+from meltemi.loads.loadbase.ultimate import EXTRAPOLATED, Evaluation, blade_groups, each_row, family
 from meltemi.postprocess.extremes import TRANSVERSE
 from meltemi.simulation.channels import every_kind
 
@@ -31,17 +31,17 @@ SIGNALS = (
 )
 CLEARANCE = "tip_clearance"
 IN_FRONT = 10.0
-"""[deg] azimuth from straight down, within which a blade of a locked rotor is in front of the tower."""
+"""Azimuth [deg] from straight down, within which a blade of a locked rotor is in front of the tower."""
 DEFLECTION = "tip_out_of_plane"
 TOWARDS_TOWER = "tip_towards_tower"
 """Name of the extrapolated deflection: undeflected clearance minus clearance."""
 
 
 class Extremes:
-    """Largest and smallest values of channels in the cases that are evaluated; those of the blades together.
+    """Largest and smallest values of channels in the cases that are evaluated, also over all blades together.
 
     Args:
-      results: of the load base.
+      results: results of the load base.
     """
 
     def __init__(self, results: Results) -> None:
@@ -59,10 +59,8 @@ class Extremes:
         return channel in self._places
 
     def values(self, channel: str, of: Literal["min", "max", "mean"]) -> Float:
-        """(cases,) extremes or means of a channel; of a name without the number of the blade, of all blades."""
-        part = self._wide[of][:, self._places[channel]]
-        found: Float = getattr(part, of)(axis=1)
-        return found
+        """(cases,) extremes or means of a channel; a name without the number of the blade stands for all blades."""
+        return np.asarray(getattr(self._wide[of][:, self._places[channel]], of)(axis=1))
 
 
 def _of_all(name: str) -> str:
@@ -72,7 +70,7 @@ def _of_all(name: str) -> str:
 
 
 def signals_table(evaluation: Evaluation, extremes: Extremes) -> pd.DataFrame:
-    """Characteristic values without factor; see ``DesignLoads.signals``. Of DLC 1.1 the largest of all runs."""
+    """Characteristic values without factor; see ``DesignLoads.signals``. DLC 1.1 has the largest of all runs."""
     import pandas as pd
 
     units = {family(name): channel.unit for name, channel in every_kind().items()}
@@ -80,19 +78,15 @@ def signals_table(evaluation: Evaluation, extremes: Extremes) -> pd.DataFrame:
     for channel in SIGNALS:
         for end in ("max", "min") if channel in extremes else ():
             sign, values = (-1.0 if end == "min" else 1.0), extremes.values(channel, end)
-            found = [
-                (value, runs, run)
-                for runs, value, run in each_row(_plain(evaluation), values, (channel, end, ""), end == "min")
-            ]
-            if found:
-                value, runs, run = max(found, key=lambda each: sign * each[0])
+            if rows := each_row(_plain(evaluation), values, (channel, end, ""), end == "min"):
+                runs, value, run = max(rows, key=lambda each: sign * each[1])
                 lines.append((channel, end, value, units[channel], runs.names[run], runs.row, runs.size(run)))
     head = ["channel", "end", "value", "unit", "case", "row", "runs"]
     return pd.DataFrame(lines, columns=head).set_index(head[:2])
 
 
 def _plain(evaluation: Evaluation) -> Evaluation:
-    """The same with the largest of all runs in place of an extrapolation."""
+    """The evaluation with the largest of all runs in place of an extrapolation."""
     runs = [replace(each, rule="largest") if each.rule == EXTRAPOLATED else each for each in evaluation.runs]
     return replace(evaluation, runs=runs)
 
@@ -103,17 +97,16 @@ def clearance_table(
     """Clearance of the tips in each row; see ``DesignLoads.clearance`` (L-38).
 
     Args:
-      evaluation: how characteristic values are formed.
-      extremes: of the channels.
-      undeflected: [m] distance of an undeflected tip from the tower's surface.
-      radius: [m] of the tower where the tips pass.
+      evaluation: evaluation of characteristic values.
+      undeflected: [m] distance of an undeflected tip from the surface of the tower.
+      radius: [m] radius of the tower where the tips pass.
       material: partial safety factor for the elasticity of the blade.
     """
     import pandas as pd
 
     lines = []
     if CLEARANCE in extremes:
-        # factors increase the deflection, so it is what is extrapolated
+        # factors increase the deflection, which is therefore extrapolated
         origin = float(np.nan_to_num(undeflected))
         towards = origin + radius - extremes.values(CLEARANCE, "min")
         for runs, bent, run in each_row(_passing(evaluation), towards, (TOWARDS_TOWER, "max", "m"), False, keep=True):
@@ -123,8 +116,8 @@ def clearance_table(
     head = ["row", "clearance", "factor", "material", "deflection", "left", "ratio", "case", "runs", "lacking", "fits"]
     if DEFLECTION in extremes:
         each_row(evaluation, extremes.values(DEFLECTION, "max"), (DEFLECTION, "max", "m"), False, keep=True)
-    found = pd.DataFrame(lines, columns=head).set_index("row")
-    return found.sort_values("left").groupby(level=0, sort=False).first()  # rows with several factors
+    table = pd.DataFrame(lines, columns=head).set_index("row")
+    return table.sort_values("left").groupby(level=0, sort=False).first()  # rows with several factors
 
 
 def line_table(evaluation: Evaluation, extremes: Extremes, turbine: Turbine) -> pd.DataFrame:
@@ -151,14 +144,14 @@ def line_table(evaluation: Evaluation, extremes: Extremes, turbine: Turbine) -> 
 
 
 def _passing(evaluation: Evaluation) -> Evaluation:
-    """The same with those runs only in which a blade passes the tower."""
+    """The evaluation of the runs in which a blade passes the tower."""
     blades = evaluation.results.plan.campaign.blades
     kept = []
     for runs in evaluation.runs:
-        own = np.array([passes_tower(evaluation.results.present[i], blades) for i in runs.places], dtype=bool)
-        if own.any():
-            names = tuple(name for name, keep in zip(runs.names, own, strict=True) if keep)
-            parts = {name: getattr(runs, name)[own] for name in ("places", "groups", "speeds")}
+        passing = np.array([passes_tower(evaluation.results.present[i], blades) for i in runs.places], dtype=bool)
+        if passing.any():
+            names = tuple(name for name, keep in zip(runs.names, passing, strict=True) if keep)
+            parts = {name: getattr(runs, name)[passing] for name in ("places", "groups", "speeds")}
             kept.append(replace(runs, names=names, **parts))
     return replace(evaluation, runs=kept)
 
@@ -172,7 +165,7 @@ def passes_tower(case: PlannedCase, blades: int) -> bool:
 
 
 def tower_radius(turbine: Turbine) -> float:
-    """[m] of the tower at the height of the lowest tip of the undeflected rotor."""
+    """Radius [m] of the tower at the height of the lowest tip of the undeflected rotor."""
     low = turbine.hub_height - turbine.rotor_radius - turbine.tower.base_height
     return 0.5 * float(np.interp(low, turbine.tower.position, turbine.tower.diameter))
 
@@ -188,15 +181,10 @@ def rose_extremes(evaluation: Evaluation, extremes: Extremes, interfaces: Sequen
             kept = _of_all(channel) if "@" in channel else family(channel)
             if kept not in extremes:
                 continue
-            values = extremes.values(kept, "min" if smallest else "max")
-            sign = -1.0 if smallest else 1.0
-            found: list[tuple[float, Runs, int]] = [
-                (sign * value * runs.factor, runs, run)
-                for runs, value, run in each_row(evaluation, values, (kept, "", "N m"), smallest)
-            ]
-            if found:
-                value, runs, run = max(found, key=lambda each: each[0])
-                lines.append((name, angle, value, runs.names[run], runs.row, runs.factor))
+            values, sign = extremes.values(kept, "min" if smallest else "max"), -1.0 if smallest else 1.0
+            if rows := each_row(evaluation, values, (kept, "", "N m"), smallest):
+                runs, value, run = max(rows, key=lambda each: sign * each[1] * each[0].factor)
+                lines.append((name, angle, sign * value * runs.factor, runs.names[run], runs.row, runs.factor))
     head = ["interface", "angle", "largest", "case", "row", "factor"]
     return pd.DataFrame(lines, columns=head).set_index(head[:2])
 

@@ -22,28 +22,28 @@ from meltemi.iec.classes import Edition, WindClass
 from meltemi.loads.effective import FURTHEST, checked_neighbours, effective_intensity, wake_turbulence
 
 VERSION = "1.1"
-"""Of the digital exchange format."""
+"""Version of the digital exchange format."""
 QUANTILE = 1.28
 """Standard deviations from the mean to the 90 % quantile."""
 FROM_SPEED = 15.0
-"""[m/s] at which the form gives one turbulence intensity."""
+"""Wind speed [m/s] at which the form gives one turbulence intensity."""
 TOLERANCE = 0.2
-"""Difference between that intensity and the table's, above which the table is not in per cent."""
+"""Relative difference between that intensity and the table, above which the table is not in per cent."""
 
 
 class Site(Record):
     """Wind conditions of a site at the hub of one turbine."""
 
     name: str = ""
-    """Project and turbine."""
+    """Names of the project and of the turbine."""
     mean_speed: float = Field(gt=0.0, le=50.0)
-    """[m/s] annual mean wind speed."""
+    """Annual mean wind speed [m/s]."""
     weibull_scale: float = Field(gt=0.0, le=60.0)
-    """[m/s] scale parameter of the wind speed's distribution."""
+    """Scale parameter [m/s] of the distribution of the wind speed."""
     weibull_shape: float = Field(gt=0.5, le=10.0)
-    """Shape parameter of the wind speed's distribution."""
+    """Shape parameter of the distribution of the wind speed."""
     v50: float = Field(gt=0.0, le=70.0)
-    """[m/s] 10-minute mean of 50 years."""
+    """Extreme 10-minute mean wind speed [m/s] with a return period of 50 years."""
     speed: Vector
     """(n,) [m/s] wind speeds of the turbulence intensities, increasing."""
     intensity: Vector
@@ -51,15 +51,15 @@ class Site(Record):
     extreme_intensity: Vector
     """(n,) extreme turbulence intensity."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
-    """Of the mean wind."""
+    """Shear exponent of the mean wind."""
     inclination: float = Field(default=0.0, ge=-0.5, le=0.5)
-    """[rad] largest inclination of the flow."""
+    """Largest inclination [rad] of the flow."""
     air_density: float = Field(default=1.225, gt=0.0, lt=3.0)
-    """[kg/m^3]."""
+    """Density [kg/m^3] of the air."""
     neighbours: tuple[float, ...] = ()
-    """Distances of other turbines in rotor diameters, whose wakes normal turbulence then includes (Frandsen)."""
+    """Distances of other turbines in rotor diameters; normal turbulence then includes their wakes (Frandsen)."""
     slope: float = Field(default=10.0, ge=1.0, le=20.0)
-    """S-N slope of this effective turbulence intensity of fatigue loads; the largest one of the turbine is safe."""
+    """S-N slope of the effective turbulence intensity of fatigue loads; the largest one of the turbine is safe."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -81,7 +81,7 @@ class Site(Record):
         return round(float(np.interp(speed, self.speed, values)), 6)
 
     def waked_at(self, speed: float, edition: Literal[3, 4], *, fatigue: bool) -> float:
-        """Intensity with the wakes of neighbours: the effective one of fatigue loads, or that of the nearest wake.
+        """Turbulence intensity with the wakes of neighbours: effective for fatigue loads, else of the nearest wake.
 
         The thrust coefficient is 7 m/s over the wind speed [m/s] (K-16, K-17).
         """
@@ -90,10 +90,8 @@ class Site(Record):
         if nearest >= FURTHEST:
             return ambient
         if fatigue:
-            return round(
-                effective_intensity(speed, ambient, self.neighbours, slope=self.slope, thrust=thrust, edition=edition),
-                6,
-            )
+            near, slope = self.neighbours, self.slope
+            return round(effective_intensity(speed, ambient, near, slope=slope, thrust=thrust, edition=edition), 6)
         return round(wake_turbulence(speed, ambient * speed, nearest, thrust, edition=edition) / speed, 6)
 
     def wind_class(self, edition: Edition) -> WindClass:
@@ -105,12 +103,12 @@ class Site(Record):
 def read_site(path: str | Path, turbine: str | None = None) -> Site:
     """Read the conditions at one turbine from a JSON file of IEC 61400-15-1.
 
-    The characteristic intensity is C_cT (mean + 1.28 standard deviations); speeds without data have that of the next
-    with data.
+    The characteristic intensity is C_cT (mean + 1.28 standard deviations); speeds without data take that of the next
+    speed with data.
 
     Args:
-      path: of the JSON file.
-      turbine: its ID there; not needed if there is only one.
+      path: JSON file.
+      turbine: ID of the turbine in the file; not needed if there is only one.
 
     Raises:
       InputError: another form or version, no such turbine, or a value that is missing or not allowed.
@@ -182,7 +180,7 @@ def _site(data: Mapping[str, Any], turbine: str, where: str) -> Site:
         )
     correction, project = number("CcT", turbine, "CcT"), data.get("Project Information")
     angle = math.radians(number("Inflow Angle", turbine, "Inflow angle max"))
-    found = {
+    conditions = {
         "name": f"{project.get('Project name', '') if isinstance(project, Mapping) else ''}, turbine {turbine}",
         "mean_speed": number(*layout, "Annual Average Wind Speed"),
         "weibull_scale": number(*layout, "Weibull Scale Parameter"),
@@ -195,4 +193,4 @@ def _site(data: Mapping[str, Any], turbine: str, where: str) -> Site:
         "inclination": round(angle, 9),
         "air_density": number(*layout, "Air Density"),
     }
-    return validated(found, Site, f"{where}: {turbine}")
+    return validated(conditions, Site, f"{where}: {turbine}")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from meltemi.core.yamlfile import merged
 from meltemi.iec.models import MODELS
 from meltemi.loads.loadbase.campaign import Campaign, production_controller, start_controller
 from meltemi.loads.loadbase.metocean import Waves, wind_driven
-from meltemi.loads.loadbase.table import Fault, Row
+from meltemi.loads.loadbase.table import Fault, LoadCaseRow
 from meltemi.sea.conditions import breaking_height
 
 OPERATING = ("production", "start", "normal stop", "emergency stop")
@@ -24,18 +23,18 @@ one, whose period is at least 0.71 of it. It decides at which height the wave wo
 
 @dataclass(frozen=True)
 class Variant:
-    """One combination of what a row varies; None: not varied.
+    """Combination of the conditions that a row varies; None: not varied.
 
     Attributes:
       model: wind model of IEC 61400-1.
-      speed: [m/s] mean at hub height.
+      speed: [m/s] mean wind speed at hub height.
       yaw: [deg] yaw error.
-      sense: +1 or -1, of a direction change or shear.
-      azimuth: [deg] of a locked rotor, or by which a gust or event is later in a revolution.
-      instant: [s] of the event after the begin of the gust; at a start, of the gust.
+      sense: sense of a direction change or shear, +1 or -1.
+      azimuth: [deg] azimuth of a locked rotor, or by which a gust or event is later in a revolution.
+      instant: [s] time of the event after the beginning of the gust; at a start, time of the gust.
       fault: name of the fault.
       seed: number of the seed, from 1.
-      waves: the sea.
+      waves: sea.
     """
 
     model: str
@@ -51,17 +50,17 @@ class Variant:
 
 @dataclass(frozen=True)
 class Setting:
-    """What the content of a case follows from.
+    """Conditions from which the content of a case follows.
 
     Attributes:
-      row: of the table, with all times.
+      row: row of the table, with all times.
       steady: whether EWM is the steady wind.
       number: seed of the turbulence.
       sea_number: seed of the waves.
     """
 
     campaign: Campaign
-    row: Row
+    row: LoadCaseRow
     variant: Variant
     fault: Fault | None
     steady: bool
@@ -70,7 +69,7 @@ class Setting:
 
     @property
     def begin(self) -> float:
-        """[s] at which the gust begins, or the event occurs without a gust."""
+        """Time [s] at which the gust begins, or at which the event occurs without a gust."""
         row, variant = self.row, self.variant
         assert row.transient is not None and row.begin is not None
         if row.situation == "start":
@@ -81,7 +80,7 @@ class Setting:
 
     @property
     def event(self) -> float:
-        """[s] at which the event occurs; faults of parked turbines are there from the begin of the run."""
+        """Time [s] of the event; parked turbines have their faults from the beginning of the run."""
         if self.row.situation not in OPERATING:
             return 0.0
         late = 0.0 if self.row.situation == "start" else self.variant.instant or 0.0
@@ -96,34 +95,34 @@ def wrapped(yaw: float) -> float:
 def wind_content(s: Setting) -> dict[str, Any]:
     """Wind of a case."""
     c, v, model = s.campaign, s.variant, MODELS[s.variant.model]
-    found: dict[str, Any] = {"kind": "iec", "model": v.model}
+    wind: dict[str, Any] = {"kind": "iec", "model": v.model}
     if model.name != "NWP":
         iec = c.iec_class if c.site is not None else c.wind_class
-        found["wind_class"] = iec if isinstance(iec, str) else iec.content()
+        wind["wind_class"] = iec if isinstance(iec, str) else iec.content()
         if isinstance(iec, str):
-            found["edition"] = c.edition
+            wind["edition"] = c.edition
     if not v.model.startswith("EWM"):
-        found["speed"] = v.speed
+        wind["speed"] = v.speed
     if model.kind == "transient":
-        found["begin"] = s.begin
+        wind["begin"] = s.begin
     if v.sense is not None:
-        found["sign"] = v.sense
+        wind["sign"] = v.sense
     if v.yaw:
-        found["direction"] = round(math.radians(wrapped(v.yaw)), 9)
+        wind["direction"] = round(math.radians(wrapped(v.yaw)), 9)
     if s.row.situation in OPERATING and c.inclination:
-        found["upflow"] = c.inclination
+        wind["upflow"] = c.inclination
     if s.steady:
-        found["steady"] = True
+        wind["steady"] = True
     if s.number is not None:
-        found["seed"] = s.number
+        wind["seed"] = s.number
         if c.turbulence:
-            found["turbulence"] = dict(c.turbulence)
+            wind["turbulence"] = dict(c.turbulence)
     if c.metocean is not None and v.model in ("NTM", "ETM", "NWP"):
         shear = {"shear_exponent": c.metocean.shear_exponent}
         if v.model == "NWP":
-            return {"kind": "steady", **shear, **_only(found, "speed direction upflow")}
-        found["turbulence"] = shear | found.get("turbulence", {})
-    return found if c.site is None else _at_site(found, s)
+            return {"kind": "steady", **shear, **_only(wind, "speed direction upflow")}
+        wind["turbulence"] = shear | wind.get("turbulence", {})
+    return wind if c.site is None else _at_site(wind, s)
 
 
 def sea_content(s: Setting) -> dict[str, Any]:
@@ -131,64 +130,63 @@ def sea_content(s: Setting) -> dict[str, Any]:
     c, waves, row = s.campaign, s.variant.waves, s.row
     assert waves is not None and c.metocean is not None and c.depth is not None
     assert row.transient is not None and row.duration is not None
-    found: dict[str, Any] = {"kind": "irregular", "height": waves.height, "period": waves.period, "seed": s.sea_number}
+    sea: dict[str, Any] = {"kind": "irregular", "height": waves.height, "period": waves.period, "seed": s.sea_number}
     if turn := wrapped((s.variant.yaw or 0.0) + waves.misalignment):
-        found["direction"] = round(math.radians(turn), 9)
+        sea["direction"] = round(math.radians(turn), 9)
     if waves.level:
-        found["level"] = waves.level
+        sea["level"] = waves.level
     if row.wave is not None:
         highest = breaking_height(SHORTEST * waves.period, c.depth + waves.level)
         height = round(min(row.wave * waves.height, highest), 3)
         when = row.transient + 0.5 * row.duration
-        found["crest"] = {"height": height, "of": "crest to trough", "time": when}
+        sea["crest"] = {"height": height, "of": "crest to trough", "time": when}
     if row.sea != "joint":
         near = wind_driven(c.metocean, s.variant.speed, c.hub_height)
-        current = {"sub_surface": waves.current, "near_surface": near, "direction": found.get("direction", 0.0)}
+        current = {"sub_surface": waves.current, "near_surface": near, "direction": sea.get("direction", 0.0)}
         if current := {key: value for key, value in current.items() if value}:
-            found["current"] = current
-    return found
+            sea["current"] = current
+    return sea
 
 
-def _at_site(found: dict[str, Any], s: Setting) -> dict[str, Any]:
-    """The wind with turbulence and shear of the site; extreme winds and gusts keep the profile of the standard."""
+def _at_site(wind: dict[str, Any], s: Setting) -> dict[str, Any]:
+    """Wind with the turbulence and shear of the site; extreme winds and gusts keep the profile of the standard."""
     c, v = s.campaign, s.variant
     assert c.site is not None
     if v.model == "ETM":
-        kept = _only(found, "speed seed direction upflow")
+        kept = _only(wind, "speed seed direction upflow")
         intensity = c.site.intensity_at(v.speed, extreme=True)
         shear = {"shear_exponent": c.site.shear_exponent}
         return {"kind": "turbulence", "intensity": intensity, "edition": c.edition, **kept, **shear, **c.turbulence}
     if v.model == "NWP":
-        return {"kind": "steady", "shear_exponent": c.site.shear_exponent, **_only(found, "speed direction upflow")}
+        return {"kind": "steady", "shear_exponent": c.site.shear_exponent, **_only(wind, "speed direction upflow")}
     if not v.model.startswith("EWM") and v.model != "ECD":
-        found["intensity"] = c.site.intensity_at(v.speed)
+        wind["intensity"] = c.site.intensity_at(v.speed)
     if v.model == "NTM":
-        found["intensity"] = c.site.waked_at(v.speed, c.edition, fatigue=s.row.type == "fatigue")
-        found["turbulence"] = {"shear_exponent": c.site.shear_exponent} | found.get("turbulence", {})
-    return found
+        wind["intensity"] = c.site.waked_at(v.speed, c.edition, fatigue=s.row.type == "fatigue")
+        wind["turbulence"] = {"shear_exponent": c.site.shear_exponent} | wind.get("turbulence", {})
+    return wind
 
 
 def _only(content: dict[str, Any], keys: str) -> dict[str, Any]:
     return {key: content[key] for key in keys.split() if key in content}
 
 
-def _production(s: Setting) -> dict[str, Any]:
-    return {"controller": keyed(production_controller(s.campaign))}
-
-
-def _start(s: Setting) -> dict[str, Any]:
-    return {"controller": _supervised(s), "start": "standstill"}
-
-
-def _stop(request: str) -> Callable[[Setting], dict[str, Any]]:
-    def content(s: Setting) -> dict[str, Any]:
-        return {"controller": _supervised(s), "events": [{"at": s.event, "type": "request", "request": request}]}
-
-    return content
-
-
-def _supervised(s: Setting) -> dict[str, Any]:
-    return keyed(start_controller(s.campaign) or s.campaign.controller)
+def operation_content(s: Setting) -> dict[str, Any]:
+    """Controller, start, events and options of the operating situation of a case."""
+    c, situation = s.campaign, s.row.situation
+    if situation == "production":
+        return {"controller": keyed(production_controller(c))}
+    if situation == "idling":
+        return {"controller": {"kind": "fixed"}, "start": {"rotor_speed": "idling", "pitch": c.idle_pitch}}
+    if situation == "locked":
+        azimuth = round(math.radians(s.variant.azimuth or 0.0), 9)
+        start = {"rotor_speed": 0.0, "pitch": c.idle_pitch, "azimuth": azimuth}
+        return {"controller": {"kind": "fixed"}, "start": start, "options": {"locked": ["generator"]}}
+    supervised = keyed(start_controller(c) or c.controller)
+    if situation == "start":
+        return {"controller": supervised, "start": "standstill"}
+    stop = {"at": s.event, "type": "request", "request": situation.replace(" ", "_")}
+    return {"controller": supervised, "events": [stop]}
 
 
 def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[str, Any]]:
@@ -197,41 +195,21 @@ def _without_supervisor(events: list[dict[str, Any]], c: Campaign) -> list[dict[
     All blades that can pitch go to feather, as in OpenFAST's manoeuvres; the generator has no torque in an emergency,
     and in a normal stop from halfway on.
     """
-    found, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
+    replaced, stuck = [], {event["blade"] for event in events if event["type"] in ("pitch_stuck", "pitch_runaway")}
     for event in events:
         at, request = event["at"], event.get("request", "emergency_stop")
         if event["type"] in ("request", "grid_loss"):
             rate = c.normal_rate if request == "normal_stop" else c.emergency_rate
             free = [blade for blade in range(1, c.blades + 1) if blade not in stuck]
-            found += [{"at": at, "type": "pitch_runaway", "blade": blade, "rate": rate} for blade in free]
+            replaced += [{"at": at, "type": "pitch_runaway", "blade": blade, "rate": rate} for blade in free]
             if request == "normal_stop":
                 late = round(at + 0.5 * c.idle_pitch / rate, 6)
-                found.append({"at": late, "type": "generator_fault"})
+                replaced.append({"at": late, "type": "generator_fault"})
             elif all(e["type"] not in ("grid_loss", "generator_fault") for e in events):
-                found.append({"at": at, "type": "generator_fault"})
+                replaced.append({"at": at, "type": "generator_fault"})
         if event["type"] != "request":
-            found.append(event)
-    return found
-
-
-def _parked(s: Setting) -> dict[str, Any]:
-    return {"controller": {"kind": "fixed"}, "start": {"rotor_speed": "idling", "pitch": s.campaign.idle_pitch}}
-
-
-def _locked(s: Setting) -> dict[str, Any]:
-    azimuth = round(math.radians(s.variant.azimuth or 0.0), 9)
-    start = {"rotor_speed": 0.0, "pitch": s.campaign.idle_pitch, "azimuth": azimuth}
-    return {"controller": {"kind": "fixed"}, "start": start, "options": {"locked": ["generator"]}}
-
-
-SITUATIONS: dict[str, Callable[[Setting], dict[str, Any]]] = {
-    "production": _production,
-    "start": _start,
-    "normal stop": _stop("normal_stop"),
-    "emergency stop": _stop("emergency_stop"),
-    "idling": _parked,
-    "locked": _locked,
-}
+            replaced.append(event)
+    return replaced
 
 
 def case_content(s: Setting) -> dict[str, Any]:
@@ -249,11 +227,12 @@ def case_content(s: Setting) -> dict[str, Any]:
         content["imbalance"] = {"pitch": [c.pitch_imbalance, -c.pitch_imbalance], "mass": [c.mass_imbalance]}
     if s.variant.waves is not None:
         content["sea"] = sea_content(s)
-    if environment := _environment(c):
+    environment = c.environment.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
+    if environment := environment | ({"air_density": c.site.air_density} if c.site is not None else {}):
         content["environment"] = environment
-    own = SITUATIONS[row.situation](s)
-    content |= {key: value for key, value in own.items() if key != "options"}
-    content["options"] = merged(content["options"], own.get("options", {}))
+    of_situation = operation_content(s)
+    content |= {key: value for key, value in of_situation.items() if key != "options"}
+    content["options"] = merged(content["options"], of_situation.get("options", {}))
     if s.fault is not None:
         content["events"] = [
             *content.get("events", []),
@@ -270,15 +249,8 @@ def case_content(s: Setting) -> dict[str, Any]:
     return content
 
 
-def _environment(c: Campaign) -> dict[str, Any]:
-    found = c.environment.model_dump(mode="json", exclude_defaults=True, exclude_none=True)
-    if c.site is not None:
-        found["air_density"] = c.site.air_density
-    return found
-
-
 def missing(s: Setting) -> str:
-    """What the simulation lacks for a case; empty if it can run."""
+    """Reason for which a case cannot run; empty if it can."""
     c = s.campaign
     if s.row.situation == "start" and start_controller(c) is None:
         return f"a start: controller {c.controller.kind} cannot start the turbine, supervised can"
@@ -287,7 +259,7 @@ def missing(s: Setting) -> str:
     return ""
 
 
-def timed(row: Row, duration: float, transient: float, begin: float) -> Row:
-    """The row with the times that it does not give itself."""
-    own = {"duration": duration, "transient": transient, "begin": begin}
-    return row.replace(**{name: value for name, value in own.items() if getattr(row, name) is None})
+def timed(row: LoadCaseRow, duration: float, transient: float, begin: float) -> LoadCaseRow:
+    """The row, with default times where it gives none."""
+    defaults = {"duration": duration, "transient": transient, "begin": begin}
+    return row.replace(**{name: value for name, value in defaults.items() if getattr(row, name) is None})

@@ -1,14 +1,14 @@
 """Results of a load base on disk: one Parquet file for each group of finished cases, and tables of them.
 
-A file is written under a temporary name, brought to the disk and renamed; its name is the hash of its content. So a
-file is there as a whole or not at all, several processes may write at the same time, and what is damaged is noticed.
-A case is identified by its key: found twice, it counts once.
+A file is written under a temporary name, flushed to the disk and renamed; its name is the hash of its content. A file
+is therefore complete or absent, several processes may write at the same time, and damage is noticed. A case is
+identified by its key and counts once, even if two files have it.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import time
@@ -20,7 +20,8 @@ from numpy.typing import ArrayLike, NDArray
 from meltemi.core.errors import InputError, Status, did_you_mean
 from meltemi.core.extras import need
 from meltemi.core.stores import keep_bytes
-from meltemi.loads.loadbase.jobs import Row
+from meltemi.loads.loadbase.jobs import CaseRow
+from meltemi.loads.loadbase.reduction import Reduced
 from meltemi.postprocess.cycles import Cycles
 from meltemi.postprocess.extremes import COMPONENTS, DRIVERS
 
@@ -29,9 +30,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 FOLDER = "results"
-"""Within the folder of a load base."""
+"""Folder of the results in that of a load base."""
 ABANDONED = 3600.0
-"""[s] after which an unfinished file of a process that was killed is removed."""
+"""Age [s] from which an unfinished file of a killed process is removed."""
 PLAIN = (
     *("status", "message", "warnings", "simulated", "wind_seconds", "simulation_seconds", "reduction_seconds"),
     *("version", "stops"),
@@ -46,44 +47,43 @@ NESTED = {
 """Tables of which each case has several rows, and their columns; the first ones are texts."""
 CYCLES = ("range", "mean", "count")
 DROPPED = 11
-"""Last bits of ranges and means of cycles that are left out: they are rounded by at most 1.2e-4 of their value."""
+"""Number of last bits of ranges and means of cycles that are omitted, an error of at most 1.2e-4 of their value."""
 TABLES = ("cases", *NESTED, "cycles")
 
 
-class Place(NamedTuple):
-    """File and row of a case."""
+class StoredCase(NamedTuple):
+    """File and row of the result of a case, and its status."""
 
     file: Path
     row: int
     status: Status
 
 
-class Store:
-    """The results in the folder of a load base.
+class ResultStore:
+    """Results in the folder of a load base.
 
     Attributes:
-      folder: with the files.
-      places: of all cases, by key.
-      unreadable: files that cannot be read, with the reason: as if they were not there.
+      folder: folder of the files.
+      places: file and row of all cases by key.
+      unreadable: files that cannot be read, with the reason; their cases count as missing.
     """
 
     def __init__(self, base: str | Path) -> None:
         _parquet()
         self.folder = Path(base) / FOLDER
-        self.places: dict[str, Place] = {}
+        self.places: dict[str, StoredCase] = {}
         self.unreadable: dict[Path, str] = {}
         self._seen: set[Path] = set()
         self.refresh()
 
     def refresh(self) -> None:
-        """Read what has been written since."""
+        """Read the files that were written since the last call."""
         new = {path for path in self.folder.glob("*.parquet") if path not in self._seen}
         for path in sorted(new, key=_age):
             self._seen.add(path)
             try:
                 table = read_file(path, ["key", "status"])
-                columns = (table[name].to_pylist() for name in ("key", "status"))
-                cases = [(str(key), Status[str(status)]) for key, status in zip(*columns, strict=True)]
+                cases = [(str(case["key"]), Status[str(case["status"])]) for case in table.to_pylist()]
             except FileNotFoundError:
                 continue
             except (OSError, ValueError, KeyError) as error:
@@ -92,18 +92,18 @@ class Store:
             for i, (key, status) in enumerate(cases):
                 before = self.places.get(key)
                 if before is None or not before.status.complete:
-                    self.places[key] = Place(path, i, status)
+                    self.places[key] = StoredCase(path, i, status)
 
-    def write(self, rows: Sequence[Row]) -> Path:
+    def write(self, rows: Sequence[CaseRow]) -> Path:
         """Write finished cases.
 
         Raises:
-          InputError: the file cannot be written; nothing of it is then there.
+          InputError: the file cannot be written; no part of it is left.
         """
         return write_file(table_of(rows), self.folder)
 
     def tidy(self) -> None:
-        """Remove what processes left unfinished that were killed."""
+        """Remove unfinished files of killed processes."""
         for path in self.folder.glob(".*.part"):
             with suppress(OSError):
                 if time() - path.stat().st_mtime > ABANDONED:
@@ -157,17 +157,15 @@ class Store:
                 if "cycles" not in table.column_names:
                     continue
                 for channel, column in zip(*_fields(table.column("cycles")), strict=True):
-                    own = column.take([i for i, _ in rows])
-                    parts = (np.asarray(part, dtype=float) for part in pc.list_flatten(own).flatten())
-                    yield channel, [name for _, name in rows], pc.list_parent_indices(own).to_numpy(), Cycles(*parts)
+                    lists = column.take([i for i, _ in rows])
+                    parts = (np.asarray(part, dtype=float) for part in pc.list_flatten(lists).flatten())
+                    yield channel, [name for _, name in rows], pc.list_parent_indices(lists).to_numpy(), Cycles(*parts)
 
     def _files(self, keys: Mapping[str, Sequence[str]]) -> dict[Path, list[tuple[int, str]]]:
         """Rows and names of cases by file."""
         files: dict[Path, list[tuple[int, str]]] = {}
-        for key, names in keys.items():
-            if key in self.places:
-                place = self.places[key]
-                files.setdefault(place.file, []).extend((place.row, name) for name in names)
+        for place, names in ((self.places[key], names) for key, names in keys.items() if key in self.places):
+            files.setdefault(place.file, []).extend((place.row, name) for name in names)
         return files
 
 
@@ -185,8 +183,8 @@ def _parquet() -> Any:
     return pq
 
 
-def table_of(rows: Sequence[Row]) -> pa.Table:
-    """Rows as a table of one row a case, with lists of what each has several of, and cycles by channel."""
+def table_of(rows: Sequence[CaseRow]) -> pa.Table:
+    """Table with one row for each case: lists for nested tables, and cycles by channel."""
     import pyarrow as pa
 
     columns: dict[str, Any] = {name: [getattr(row, name) for row in rows] for name in ("key", "name", "message")}
@@ -194,9 +192,10 @@ def table_of(rows: Sequence[Row]) -> pa.Table:
     columns["warnings"] = pa.array([list(row.warnings) for row in rows], pa.list_(pa.string()))
     columns |= {name: [getattr(row, name) for row in rows] for name in PLAIN if name.endswith("seconds")}
     columns |= {name: [getattr(row, name) for row in rows] for name in ("simulated", "version")}
-    columns["stops"] = pa.array([None if row.reduced is None else row.reduced.stops for row in rows], pa.int64())
+    columns["stops"] = pa.array([row.reduced.stops if row.reduced else None for row in rows], pa.int64())
+    nested = [_nested_columns(row.reduced) if row.reduced else None for row in rows]
     for name, fields in NESTED.items():
-        columns[name] = _lists([_NESTED[name](row.reduced) if row.reduced else None for row in rows], fields)
+        columns[name] = _lists([tables and tables[name] for tables in nested], fields)
     kept = [row.reduced.cycles if row.reduced else {} for row in rows]
     if channels := list(dict.fromkeys(name for cycles in kept for name in cycles)):
         short = [{name: (rounded(c[0]), rounded(c[1]), c[2]) for name, c in cycles.items()} for cycles in kept]
@@ -218,40 +217,29 @@ def _lists(parts: Sequence[Any], fields: Sequence[str], kind: Any = np.float64) 
 
     lengths = [0 if part is None else len(part[0]) for part in parts]
     offsets = np.concatenate([[0], np.cumsum(lengths)]).astype(np.int32)
-    found = []
+    arrays = []
     for k, field in enumerate(fields):
         given = [part[k] for part in parts if part is not None]
         if field in ("channel", "interface", "driver", "load", "drive"):
-            found.append(pa.array([text for texts in given for text in texts], pa.string()))
+            arrays.append(pa.array([text for texts in given for text in texts], pa.string()))
         else:
-            found.append(pa.array(np.concatenate([*given, np.zeros(0)]).astype(kind)))
-    return pa.ListArray.from_arrays(pa.array(offsets), pa.StructArray.from_arrays(found, list(fields)))
+            arrays.append(pa.array(np.concatenate([*given, np.zeros(0)]).astype(kind)))
+    return pa.ListArray.from_arrays(pa.array(offsets), pa.StructArray.from_arrays(arrays, list(fields)))
 
 
-def _extremes(reduced: Any) -> list[Any]:
-    names = [name for name in reduced.extremes for _ in DRIVERS]
-    times = np.concatenate([*(time for time, _ in reduced.extremes.values()), np.zeros(0)])
-    loads = np.concatenate([*(loads for _, loads in reduced.extremes.values()), np.zeros((0, 6))])
-    return [names, list(DRIVERS) * len(reduced.extremes), times, *loads.T]
-
-
-def _durations(reduced: Any) -> list[Any]:
-    names = [name for name, rows in reduced.durations.items() for _ in rows]
-    return [names, *np.concatenate([*reduced.durations.values(), np.zeros((0, 4))]).T]
-
-
-def _duties(reduced: Any) -> list[Any]:
-    fields = NESTED["duties"][1:]
-    return [list(reduced.duties), *([getattr(duty, f) for duty in reduced.duties.values()] for f in fields)]
-
-
-_NESTED: dict[str, Callable[[Any], list[Any]]] = {
-    "statistics": lambda reduced: [list(reduced.channels), *reduced.statistics.T],
-    "extremes": _extremes,
-    "durations": _durations,
-    "duties": _duties,
-    "equivalent": lambda reduced: [list(reduced.equivalent), list(reduced.equivalent.values())],
-}
+def _nested_columns(r: Reduced) -> dict[str, list[Any]]:
+    """Columns of the nested tables of a case, in the order of ``NESTED``."""
+    times = np.concatenate([*(times for times, _ in r.extremes.values()), np.zeros(0)])
+    loads = np.concatenate([*(loads for _, loads in r.extremes.values()), np.zeros((0, 6))])
+    levels = np.concatenate([*r.durations.values(), np.zeros((0, 4))])
+    duties = ([getattr(duty, name) for duty in r.duties.values()] for name in NESTED["duties"][1:])
+    return {
+        "statistics": [list(r.channels), *r.statistics.T],
+        "extremes": [[name for name in r.extremes for _ in DRIVERS], list(DRIVERS) * len(r.extremes), times, *loads.T],
+        "durations": [[name for name, rows in r.durations.items() for _ in rows], *levels.T],
+        "duties": [list(r.duties), *duties],
+        "equivalent": [list(r.equivalent), list(r.equivalent.values())],
+    }
 
 
 def write_file(table: pa.Table, folder: Path) -> Path:
@@ -277,7 +265,7 @@ def read_file(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """Read columns of a file; those that it does not have are left out.
 
     Raises:
-      ValueError: its content is not what was written.
+      ValueError: the content does not match its hash.
       OSError: it cannot be read.
     """
     import pyarrow as pa
@@ -291,7 +279,7 @@ def read_file(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
 
 @contextmanager
 def _as_written(file: Path) -> Iterator[None]:
-    """Convert what a file raises that is damaged, or of another form, to InputError."""
+    """Raise InputError for a file that is damaged or of another form."""
     try:
         yield
     except (OSError, ValueError, LookupError, TypeError, AttributeError, NotImplementedError) as error:
@@ -315,12 +303,12 @@ def _parts(
                 raise TypeError(f"warnings are {wrong[0]!r:.40}, not a list of texts")
             yield cases.assign(warnings=[[*lines] for lines in cases["warnings"]])
         elif what in NESTED:
-            found = _flat(table.column(what).take(places), names)
-            yield pd.DataFrame({name: found[name] for name in ("case", *NESTED[what])})
+            flat = _flat(table.column(what).take(places), names)
+            yield pd.DataFrame({name: flat[name] for name in ("case", *NESTED[what])})
         elif "cycles" in table.column_names:
             for name, column in zip(*_fields(table.column("cycles")), strict=True):
-                found = _flat(column.take(places), names)
-                yield pd.DataFrame({"case": found["case"], "channel": name, **{part: found[part] for part in CYCLES}})
+                flat = _flat(column.take(places), names)
+                yield pd.DataFrame({"case": flat["case"], "channel": name, **{part: flat[part] for part in CYCLES}})
 
 
 def _fields(column: Any) -> tuple[list[str], list[Any]]:

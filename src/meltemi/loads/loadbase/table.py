@@ -5,7 +5,7 @@ Reference: docs/guide/load-case-tables.md.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, get_args
@@ -24,7 +24,7 @@ FOLDER = Path(__file__).parent / "tables"
 EDITIONS = (3, 4)
 """Editions of IEC 61400-1 that are tables of the package."""
 AT_SEA = {"61400-3-1": "support", "61400-3-2": "platform"}
-"""Standards of turbines in the sea, and what of a turbine they are for; their tables begin with edition 4."""
+"""Standards of turbines in the sea, and the part of the turbine that each requires; their tables extend edition 4."""
 Standard = Literal["61400-1", "61400-3-1", "61400-3-2"]
 ANY = {name: 10.0 + i for i, name in enumerate(SYMBOLS)}
 """Values with which a text is tested before those of the turbine are known."""
@@ -45,10 +45,8 @@ def _text(value: Any) -> Any:
 
 
 def _readable(text: str) -> str:
-    if " to " not in text:  # a range ascends or not by the values of the turbine
-        numbers(text, ANY)
-    else:
-        numbers(text.replace(" to ", ", ").replace(" by ", ", "), ANY)
+    # whether a range ascends depends on the values of the turbine: only its numbers are tested
+    numbers(text.replace(" to ", ", ").replace(" by ", ", ") if " to " in text else text, ANY)
     return text
 
 
@@ -62,23 +60,21 @@ def names_in(text: str | None) -> list[str]:
     return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
-def _models(text: str) -> str:
-    for name in names_in(text) or [""]:
-        if name not in MODELS:
-            raise ValueError(f"no wind model {name!r}; {did_you_mean(name, MODELS)}")
-    return text
+def _names_of(what: str, known: Iterable[str]) -> AfterValidator:
+    """Validator of a text whose names must be known."""
+
+    def check(text: str) -> str:
+        for name in names_in(text) or [""]:
+            if name not in known:
+                raise ValueError(f"no {what} {name!r}; {did_you_mean(name, known)}")
+        return text
+
+    return AfterValidator(check)
 
 
 def _senses(text: str) -> str:
     if not names_in(text) or {*names_in(text)} - {"+", "-"}:
         raise ValueError(f"expected '+', '-' or '+, -', found {text!r}")
-    return text
-
-
-def _levels(text: str) -> str:
-    for name in names_in(text) or [""]:
-        if name not in get_args(Level):
-            raise ValueError(f"no level {name!r}; {did_you_mean(name, get_args(Level))}")
     return text
 
 
@@ -102,7 +98,7 @@ class Assumed(Record):
         return self
 
 
-class Row(Assumed):
+class LoadCaseRow(Assumed):
     """A row of the table: one design load case, or one of its variants."""
 
     dlc: str = ""
@@ -111,7 +107,7 @@ class Row(Assumed):
     """Description."""
     situation: Situation
     """Operating situation."""
-    wind: Annotated[Names, AfterValidator(_models)]
+    wind: Annotated[Names, _names_of("wind model", MODELS)]
     """Wind models of IEC 61400-1, separated by commas."""
     steady: bool = False
     """Whether EWM is the steady wind instead of the turbulent one."""
@@ -128,27 +124,27 @@ class Row(Assumed):
     azimuths: Numbers | None = None
     """Azimuths [deg] of blade 1, of a locked rotor, or by which a gust or event comes later in a revolution."""
     instants: Numbers | None = None
-    """Times [s] of the event after the begin of the gust; at a start, of the gust after the begin of the run."""
+    """Times [s] of the event from the beginning of the gust; at a start, of the gust from the beginning of the run."""
     faults: Names | None = None
     """Faults: names, separated by commas."""
     sea: Seas | None = None
-    """Sea: expected waves of the wind speed ("normal"), their joint distribution ("joint", of fatigue), those of the
-    severe sea, or the extreme ones of 1 or 50 years; none on land."""
+    """Sea: expected waves of the wind speed ("normal"), joint distribution of waves ("joint", for fatigue), severe sea,
+    or extreme sea of 1 or 50 years; none on land."""
     misalignment: Numbers | None = None
-    """Directions [deg] of waves against the wind's, clockwise from above; 0 by default; "joint" has those of the
-    site."""
-    levels: Annotated[Names, AfterValidator(_levels)] | None = None
+    """Directions [deg] of the waves from that of the wind, clockwise from above; 0 by default; "joint" has the
+    misalignments of the site."""
+    levels: Annotated[Names, _names_of("level", get_args(Level))] | None = None
     """Levels of still water: mean (default), low, high: the range of the site, or of its extreme sea."""
     wave: float | None = Field(default=None, gt=0.0, lt=5.0)
     """Height of an embedded wave, crest to trough, over the significant wave height; none by default."""
     seeds: Counts | None = None
-    """Number of turbulence seeds, also '6, 15 from V_r - 2'; that of ``defaults`` if not given."""
+    """Number of turbulence seeds, also '6, 15 from V_r - 2'; from ``defaults`` if not given."""
     duration: float | None = Field(default=None, gt=0.0)
-    """Evaluated duration [s]; that of ``defaults`` if not given."""
+    """Evaluated duration [s]; from ``defaults`` if not given."""
     transient: float | None = Field(default=None, ge=0.0)
-    """Initial transient [s], not evaluated; that of ``defaults`` if not given."""
+    """Initial transient [s], not evaluated; from ``defaults`` if not given."""
     begin: float | None = Field(default=None, ge=0.0)
-    """Time [s] of the gust or event after the transient; that of ``defaults`` if not given."""
+    """Time [s] of the gust or event after the transient; from ``defaults`` if not given."""
     type: Kind
     """Ultimate or fatigue loads."""
     factor: float = Field(gt=0.0)
@@ -158,15 +154,14 @@ class Row(Assumed):
     characteristic: Characteristic
     """Rule of the characteristic value."""
     state: str | None = None
-    """State of ``states`` whose share of the lifetime the cases have; fatigue only."""
+    """State of ``states`` whose share of the lifetime the cases represent; fatigue only."""
     occurrences: Numbers | None = None
     """Occurrences [1/year] at each speed; fatigue only."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for name in self.storms:
-            if self.speeds is not None:
-                raise ValueError(f"speeds: {name} has the speed of its class; leave speeds out")
+        if self.storms and self.speeds is not None:
+            raise ValueError(f"speeds: {self.storms[0]} has the speed of its class; leave speeds out")
         if not self.storms and self.speeds is None:
             raise ValueError(f"speeds: missing; {self.wind} needs mean wind speeds such as 'V_in to V_out by 2, V_r'")
         if self.steady and not self.storms:
@@ -189,7 +184,7 @@ class Row(Assumed):
 
     @property
     def storms(self) -> list[str]:
-        """Its extreme wind speed models."""
+        """Extreme wind speed models of the row."""
         return [name for name in names_in(self.wind) if name.startswith("EWM")]
 
 
@@ -223,7 +218,7 @@ class Fault(Assumed):
         Raises:
           InputError: there is no such event.
         """
-        found: list[dict[str, Any]] = []
+        events: list[dict[str, Any]] = []
         rates = {"normal_rate": normal_rate, "emergency_rate": emergency_rate}
         rates |= {f"-{name}": -value for name, value in rates.items()}
         for event in self.events:
@@ -234,9 +229,9 @@ class Fault(Assumed):
             if isinstance(given.get("rate"), str) and given["rate"] in rates:
                 given["rate"] = rates[given["rate"]]
             every = range(1, blades + 1) if given.get("blade") == "all" else [given.get("blade")]
-            found += [given | {"blade": blade} if blade else given for blade in every]
-        read_events(found)
-        return found
+            events += [given | {"blade": blade} if blade else given for blade in every]
+        read_events(events)
+        return events
 
 
 def _seconds(event: Mapping[str, Any], key: str) -> float:
@@ -254,7 +249,7 @@ class State(Assumed):
     outside: float = Field(default=0.0, ge=0.0, le=1.0)
     """Share of the time with other wind."""
     hours: float | None = Field(default=None, ge=0.0, le=8766.0)
-    """[h/year] with wind between cut-in and cut-out. A state without ``inside`` and ``hours`` has the rest of it."""
+    """Hours [h/year] with wind between cut-in and cut-out. A state without ``inside`` and ``hours`` has the rest."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -264,7 +259,7 @@ class State(Assumed):
 
 
 class Defaults(Assumed):
-    """Values for rows that do not give their own; a campaign may change them."""
+    """Defaults of values that rows leave out; a campaign may change them."""
 
     duration: float = Field(default=600.0, gt=0.0)
     """Evaluated duration [s] of a case."""
@@ -284,7 +279,7 @@ class Factors(Assumed):
     """Safety factors beside those of the rows."""
 
     favourable: float = Field(default=0.9, gt=0.0)
-    """For loads that relieve."""
+    """Factor on favourable loads."""
     consequence_ultimate: tuple[float, float, float] = (0.9, 1.0, 1.2)
     """gamma_n of component classes 1, 2, 3, ultimate loads."""
     consequence_fatigue: tuple[float, float, float] = (0.9, 1.0, 1.2)
@@ -294,13 +289,13 @@ class Factors(Assumed):
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)
     """Least tip clearance over that of the undeflected rotor."""
     line_mean: tuple[float, float] = (1.3, 1.0)
-    """Of the mean tension of mooring lines, with all lines and after the loss of one."""
+    """Factors on the mean tension of mooring lines, with all lines and after the loss of one."""
     line_dynamic: tuple[float, float] = (1.75, 1.1)
-    """Of what the tension has above its mean."""
+    """Factors on the dynamic tension, the part above the mean."""
 
 
-class Extrapolation(Assumed):
-    """Extrapolation of DLC 1.1."""
+class ExtrapolationRule(Assumed):
+    """Rule for the extrapolation of DLC 1.1."""
 
     probability: float = Field(default=3.8e-7, gt=0.0, lt=1.0)
     """Probability that the load of 50 years is exceeded in 10 minutes."""
@@ -315,12 +310,12 @@ class LoadTable(Record):
     """Edition of IEC 61400-1."""
     title: str
     source: str
-    """Where its values come from."""
+    """Source of the values."""
     defaults: Defaults = Defaults()
     states: dict[str, State] = Field(default_factory=dict)
     factors: Factors = Factors()
-    extrapolation: Extrapolation = Extrapolation()
-    rows: dict[str, Row]
+    extrapolation: ExtrapolationRule = ExtrapolationRule()
+    rows: dict[str, LoadCaseRow]
     """Design load cases by name."""
     faults: dict[str, Fault] = Field(default_factory=dict)
 
@@ -365,19 +360,21 @@ def edition_content(edition: int | str) -> dict[str, Any]:
     """Content of the table of an edition of IEC 61400-1, or of "61400-3-1" or "61400-3-2".
 
     Raises:
-      InputError: there is none of this edition.
+      InputError: the package has no table of this edition.
     """
     if edition not in (*EDITIONS, *AT_SEA):
         raise InputError(f"edition of IEC 61400-1: expected {' or '.join(map(str, EDITIONS))}, found {edition!r}")
     path = FOLDER / (f"iec{edition}.yaml" if edition in AT_SEA else f"iec61400-1-ed{edition}.yaml")
     data = read_mapping(path)
     base = data.pop("extends", None)
-    found = data if base is None else changed(edition_content(base), data, str(path))
-    return found | {"rows": dict(sorted(found["rows"].items(), key=lambda row: (float(row[0].rstrip("b")), row[0])))}
+    content = data if base is None else changed(edition_content(base), data, str(path))
+    return content | {
+        "rows": dict(sorted(content["rows"].items(), key=lambda row: (float(row[0].rstrip("b")), row[0])))
+    }
 
 
 def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Content of a table with changes, which name only what differs.
+    """Content of a table with changes, which name only the differences.
 
     Rows and faults are changed by name; ``without`` lists rows to leave out. A row with a new name is added; ``like``
     names a row that it takes everything else from.
@@ -413,23 +410,21 @@ def changed(table: Mapping[str, Any], changes: Mapping[str, Any], where: str) ->
             if name in known:
                 raise InputError(f"{where}: rows.{name}.like: the table has this row already; like is for new rows")
             row = dict(known[str(like)]) | row
-        elif name not in known and (missing := [key for key, f in Row.model_fields.items() if _lacks(row, key, f)]):
+        elif name not in known and (
+            missing := [key for key, f in LoadCaseRow.model_fields.items() if f.is_required() and key not in row]
+        ):
             raise InputError(
                 f"{where}: rows.{name}: the table has no such row; {did_you_mean(name, known)} "
                 f"(a new row needs {', '.join(missing)}, or like)"
             )
         rows[name] = row
-    found = merged(table, changes | ({"rows": rows} if rows else {}))
-    found["rows"] = {
+    content = merged(table, changes | ({"rows": rows} if rows else {}))
+    content["rows"] = {
         name: {key: value for key, value in row.items() if value is not None}
-        for name, row in found["rows"].items()
+        for name, row in content["rows"].items()
         if name not in without
     }
-    return found
-
-
-def _lacks(row: Mapping[str, Any], key: str, field: Any) -> bool:
-    return field.is_required() and key not in row
+    return content
 
 
 def load_table(
@@ -439,9 +434,9 @@ def load_table(
 
     Args:
       edition: 3 or 4; or "61400-3-1", "61400-3-2".
-      changes: as in a file of changes (docs/guide/load-case-tables.md).
-      where: what messages name as their source.
-      text: of the file of changes, for the line numbers of messages.
+      changes: changes as in a file of changes (docs/guide/load-case-tables.md).
+      where: source that messages name.
+      text: text of the file of changes, for the line numbers of messages.
 
     Raises:
       InputError: no such edition; a change names something that is not there, or has a value that is not allowed.

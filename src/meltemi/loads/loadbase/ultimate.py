@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.loads.extrapolation import LEAST, Distribution, Extrapolation, Float, extrapolate, fit_extremes
 from meltemi.loads.loadbase.coverage import Results
@@ -21,6 +20,7 @@ from meltemi.loads.loadbase.interfaces import Interface
 from meltemi.loads.loadbase.settings import WAYS, Way
 from meltemi.loads.loadbase.weights import distribution, edges
 from meltemi.postprocess.extremes import (
+    COMPONENTS,
     DRIVERS,
     ExtremeRow,
     Rule,
@@ -47,14 +47,14 @@ class Runs:
     """Runs of a row with the same partial safety factor.
 
     Attributes:
-      row, dlc: of the table.
-      rule: of the characteristic value.
+      row, dlc: row of the table, and its design load case.
+      rule: rule of the characteristic value.
       factor: partial safety factor for loads.
-      places: (R,) of the runs among the cases that are evaluated.
-      names: (R,) of the cases.
-      groups: (R,) number of the group of which a mean is taken.
-      speeds: (R,) [m/s].
-      lacking: cases of the row without results.
+      places: (R,) indices of the runs among the cases that are evaluated.
+      names: (R,) names of the cases.
+      groups: (R,) number of the group over which a mean is taken.
+      speeds: (R,) [m/s] mean wind speeds.
+      lacking: number of cases of the row without results.
     """
 
     row: str
@@ -74,18 +74,18 @@ class Runs:
 
 @dataclass(frozen=True, repr=False)
 class ExtrapolatedLoad(Brief):
-    """Load of DLC 1.1 by all ways of extrapolation, without partial safety factor.
+    """Load of DLC 1.1 by all methods of extrapolation, without partial safety factor.
 
     Attributes:
       interface: name, or channel such as ``tip_out_of_plane``, or ``tip_towards_tower``.
-      driver: such as "My max"; "max" or "min" of a channel.
+      driver: load such as "My max"; "max" or "min" of a channel.
       unit: "N", "N m" or "m".
       speeds: (n,) [m/s] wind speeds.
-      extremes: for each speed the (seeds,) extremes of the runs.
-      largest: most severe of them.
+      extremes: (seeds,) extremes of the runs at each speed.
+      largest: most severe extreme.
       gumbel, weibull: extrapolations with their band; None where seeds are too few at all speeds.
-      left_out: by distribution, speeds [m/s] with too few seeds for it, or without scatter.
-      quantiles: loads by the simplified ways of the table, in its order; empty in edition 3.
+      left_out: speeds [m/s] with too few seeds or without scatter, by distribution.
+      quantiles: loads by the simplified methods of the table, in its order; empty in edition 3.
       factor: partial safety factor, which none of the loads contains.
     """
 
@@ -102,10 +102,10 @@ class ExtrapolatedLoad(Brief):
     factor: float
 
     def load(self, way: Way) -> float | None:
-        """The load by one of the ways; None if it cannot be determined that way."""
+        """The load by one of the methods; None if the method cannot determine it."""
         if way == "gumbel" or way == "weibull":
-            found = self.gumbel if way == "gumbel" else self.weibull
-            return None if found is None else found.load
+            extrapolation = self.gumbel if way == "gumbel" else self.weibull
+            return None if extrapolation is None else extrapolation.load
         place = WAYS.index(way) - 2
         return self.quantiles[place] if place < len(self.quantiles) else None
 
@@ -119,34 +119,18 @@ def runs_of(results: Results) -> list[Runs]:
     for i, case in enumerate(results.present):
         if case.type == "ultimate":
             kinds.setdefault((case.row, case.factor), []).append(i)
-    taken = [case.row for case in results.present]
+    evaluated = [case.row for case in results.present]
     planned = [case.row for case in results.plan.cases]
-    found = []
+    groups = []
     for (row, factor), places in kinds.items():
         cases = [results.present[i] for i in places]
         rule = cases[0].characteristic
         alike = [replace(c.variant, seed=None, yaw=None if rule == "mean" else c.variant.yaw) for c in cases]
         numbers = {variant: n for n, variant in enumerate(dict.fromkeys(alike))}
-        found.append(
-            Runs(
-                row,
-                cases[0].dlc,
-                rule,
-                factor,
-                np.array(places),
-                tuple(c.name for c in cases),
-                np.array([numbers[variant] for variant in alike]),
-                np.array([c.variant.speed for c in cases]),
-                planned.count(row) - taken.count(row),
-            )
-        )
-    return found
-
-
-def check_way(way: str, results: Results) -> None:
-    """Refuse a way of extrapolation that is not in the table."""
-    if way in WAYS[2:] and len(results.plan.table.extrapolation.quantiles) <= WAYS.index(way) - 2:
-        raise InputError(f"design_loads: {way} is not in the table of edition {results.plan.table.edition}")
+        names, speeds = tuple(c.name for c in cases), np.array([c.variant.speed for c in cases])
+        of_mean, lacking = np.array([numbers[variant] for variant in alike]), planned.count(row) - evaluated.count(row)
+        groups.append(Runs(row, cases[0].dlc, rule, factor, np.array(places), names, of_mean, speeds, lacking))
+    return groups
 
 
 def extrapolated_load(
@@ -155,34 +139,28 @@ def extrapolated_load(
     """All extrapolations of an extreme value of the runs of DLC 1.1.
 
     Args:
-      runs: of the row.
       values: (R,) extremes of the runs.
-      results: of the load base.
       names: interface, driver, unit.
-      smallest: the extremes are smallest values.
-      resamples: of the bootstrap.
+      smallest: whether the extremes are smallest values.
+      resamples: number of bootstrap samples.
     """
     campaign, table = results.plan.campaign, results.plan.table.extrapolation
     planned = sorted({c.variant.speed for c in results.plan.cases if c.row == runs.row})
     weights = dict(zip(planned, speed_shares(campaign, planned), strict=True))
     speeds = sorted(set(runs.speeds.tolist()))
     samples = [values[runs.speeds == speed] for speed in speeds]
-    found: dict[str, Extrapolation | None] = {}
+    extrapolations: dict[str, Extrapolation | None] = {}
     left_out: dict[str, tuple[float, ...]] = {}
     ways: tuple[Distribution, ...] = ("gumbel", "weibull")
     for way in ways:
         usable = [len(x) >= LEAST[way] and np.ptp(x) > 0.0 for x in samples]
         kept = [(x, weights[v]) for x, v, use in zip(samples, speeds, usable, strict=True) if use]
         left_out[way] = tuple(v for v in planned if v not in speeds or not usable[speeds.index(v)])
-        found[way] = None
+        extrapolations[way] = None
         if kept and sum(p for _, p in kept) > table.probability:
-            found[way] = extrapolate(
-                [x for x, _ in kept],
-                [p for _, p in kept],
-                distribution=way,
-                probability=table.probability,
-                smallest=smallest,
-                resamples=resamples,
+            x, p = zip(*kept, strict=True)
+            extrapolations[way] = extrapolate(
+                x, p, distribution=way, probability=table.probability, smallest=smallest, resamples=resamples
             )
     sign = -1.0 if smallest else 1.0
     fits = [fit_extremes(sign * x) for x in samples if len(x) >= LEAST["gumbel"] and np.ptp(x) > 0.0]
@@ -190,17 +168,9 @@ def extrapolated_load(
         sign * factor * max(float(fit.quantile(1.0 - quantile)) for fit in fits)
         for factor, quantile in (table.quantiles if fits else ())
     )
-    return ExtrapolatedLoad(
-        *names,
-        np.array(speeds),
-        tuple(samples),
-        float(sign * (sign * values).max()),
-        found["gumbel"],
-        found["weibull"],
-        left_out,
-        quantiles,
-        runs.factor,
-    )
+    data = (np.array(speeds), tuple(samples), float(sign * (sign * values).max()))
+    both = (extrapolations["gumbel"], extrapolations["weibull"])
+    return ExtrapolatedLoad(*names, *data, *both, left_out, quantiles, runs.factor)
 
 
 def speed_shares(campaign: Campaign, speeds: Sequence[float]) -> list[float]:
@@ -211,14 +181,14 @@ def speed_shares(campaign: Campaign, speeds: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """How characteristic values are formed.
+    """Evaluation of characteristic values.
 
     Attributes:
-      results: of the load base.
-      runs: of the rows of ultimate loads.
-      way: of extrapolation.
-      resamples: of the bootstrap.
-      extrapolations: all that were made.
+      results: results of the load base.
+      runs: runs of the rows of ultimate loads.
+      way: method of extrapolation.
+      resamples: number of bootstrap samples.
+      extrapolations: all extrapolated loads so far.
     """
 
     results: Results
@@ -239,8 +209,8 @@ class Evaluation:
         load = extrapolated_load(runs, values, self.results, names, smallest=smallest, resamples=n)
         if keep and (load.gumbel or load.weibull or load.quantiles):
             self.extrapolations.append(load)
-        found = load.load(self.way)
-        return None if found is None else (found, int(np.argmin(np.abs(values - found))))
+        design = load.load(self.way)
+        return None if design is None else (design, int(np.argmin(np.abs(values - design))))
 
 
 def ultimate_tables(
@@ -275,12 +245,8 @@ def ultimate_tables(
         if tables:
             rows = governing_rows(tables)
             matrices.append(_matrix(evaluation, name, rows, times, blades))
-    by_row = (
-        pd.DataFrame([(*key, *line) for key, (_, line) in lines.items()], columns=BY_ROW)
-        .set_index(BY_ROW[:3])
-        .sort_index()
-    )
-    return pd.concat(matrices) if matrices else _no_matrix(), by_row
+    by_row = pd.DataFrame([(*key, *line) for key, (_, line) in lines.items()], columns=BY_ROW)
+    return pd.concat(matrices) if matrices else _no_matrix(), by_row.set_index(BY_ROW[:3]).sort_index()
 
 
 def _no_matrix() -> pd.DataFrame:
@@ -295,7 +261,7 @@ def _rows(evaluation: Evaluation, runs: Runs, name: str, loads: Float, plane: st
     if runs.rule != EXTRAPOLATED:
         rule = RULES[runs.rule]
         return characteristic_rows(loads, plane, runs.names, rule=rule, factor=runs.factor, speeds=runs.groups)
-    found = []
+    scaled = []
     for k, row in enumerate(
         characteristic_rows(loads, plane, runs.names, rule="largest", factor=runs.factor, speeds=runs.groups)
     ):
@@ -305,37 +271,37 @@ def _rows(evaluation: Evaluation, runs: Runs, name: str, loads: Float, plane: st
         if value is None and np.ptp(values) > 0.0:
             return ()
         ratio = value[0] / row.value if value and value[0] * row.value > 0.0 else 1.0
-        found.append(replace(row, loads=tuple(ratio * x for x in row.loads), scale=ratio))
-    return tuple(found)
+        scaled.append(replace(row, loads=tuple(ratio * x for x in row.loads), scale=ratio))
+    return tuple(scaled)
 
 
 def _matrix(
     evaluation: Evaluation, name: str, rows: Sequence[ExtremeRow], times: Float, blades: NDArray[np.intp]
 ) -> pd.DataFrame:
-    """Governing rows with what belongs to their cases."""
+    """Governing rows with the facts of their cases."""
     import pandas as pd
 
     results = evaluation.results
     places = {case.name: i for i, case in enumerate(results.present)}
-    own = {name: runs for runs in evaluation.runs for name in runs.names}
+    runs_by_case = {name: runs for runs in evaluation.runs for name in runs.names}
     more = []
     for k, row in enumerate(rows):
-        runs, i = own[row.case], places[row.case]
+        runs, i = runs_by_case[row.case], places[row.case]
         size = runs.size(runs.names.index(row.case))
         more.append((runs.row, runs.dlc, blades[i, k], times[i, k], runs.rule, size, runs.lacking))
-    found = extremes_table(rows).reset_index()
-    found[["row", "dlc", "blade", "time", "rule", "runs", "lacking"]] = pd.DataFrame(more)
-    found["state"] = [results.states[row.case] for row in rows]
-    found.insert(0, "interface", name)
-    return found.set_index(["interface", "driver"])
+    table = extremes_table(rows).reset_index()
+    table[["row", "dlc", "blade", "time", "rule", "runs", "lacking"]] = pd.DataFrame(more)
+    table["state"] = [results.states[row.case] for row in rows]
+    table.insert(0, "interface", name)
+    return table.set_index(["interface", "driver"])
 
 
 def blade_groups(interfaces: Iterable[Interface]) -> dict[str, list[Interface]]:
-    """Interfaces by name; those of the blades together, without the number of the blade."""
-    found: dict[str, list[Interface]] = {}
+    """Interfaces by name without the number of the blade: those of all blades together."""
+    groups: dict[str, list[Interface]] = {}
     for each in interfaces:
-        found.setdefault(family(each.name), []).append(each)
-    return found
+        groups.setdefault(family(each.name), []).append(each)
+    return groups
 
 
 def family(name: str) -> str:
@@ -345,7 +311,7 @@ def family(name: str) -> str:
 
 
 OF_BLADES = ("blade_", "root_", "station_", "tip_", "pitch_")
-"""Begins of the names of interfaces and channels of single blades."""
+"""Prefixes of the names of interfaces and channels of single blades."""
 
 
 def worst_member(parts: Sequence[pd.DataFrame], plane: str) -> tuple[Float, Float, NDArray[np.intp]]:
@@ -356,8 +322,7 @@ def worst_member(parts: Sequence[pd.DataFrame], plane: str) -> tuple[Float, Floa
       plane: transverse axes.
     """
     shape = (len(parts), -1, len(DRIVERS))
-    loads = np.stack([part[list("Fx Fy Fz Mx My Mz".split())].to_numpy(float) for part in parts])
-    loads = loads.reshape(*shape, 6)
+    loads = np.stack([part[list(COMPONENTS)].to_numpy(float) for part in parts]).reshape(*shape, 6)
     times = np.stack([part["time"].to_numpy(float) for part in parts]).reshape(shape)
     k = np.arange(len(DRIVERS))
     signs = np.where([driver.endswith("min") for driver in DRIVERS], -1.0, 1.0)
@@ -372,9 +337,9 @@ def each_row(
     evaluation: Evaluation, values: Float, names: tuple[str, str, str], smallest: bool, *, keep: bool = False
 ) -> list[tuple[Runs, float, int]]:
     """Characteristic value of (cases,) extremes in each row: its runs, the value, the place of the nearest run."""
-    found = []
+    rows = []
     for runs in evaluation.runs:
         value = evaluation.value(runs, values[runs.places], names, smallest, keep)
         if value is not None:
-            found.append((runs, *value))
-    return found
+            rows.append((runs, *value))
+    return rows

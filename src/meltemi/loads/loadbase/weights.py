@@ -1,8 +1,8 @@
-"""Weights of fatigue: how often a case occurs in the lifetime.
+"""Weights of fatigue: occurrences of a case in the lifetime.
 
-The wind speed has a Weibull distribution. A case of a state stands for a bin of the wind speed, whose edges are midway
-between the speeds of its row; the first bin begins at zero and the last one has no end. Of the time in a bin the state
-has one share between cut-in and cut-out, and another one outside (docs/guide/load-case-tables.md).
+The wind speed has a Weibull distribution. A case of a state represents a bin of the wind speed, whose edges are midway
+between the speeds of its row; the first bin begins at zero and the last one has no end. The state has one share of the
+time in a bin between cut-in and cut-out, and another one outside (docs/guide/load-case-tables.md).
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from meltemi.loads.loadbase.campaign import Campaign
 from meltemi.loads.loadbase.table import State
 
 HOURS = 8766.0
-"""[h] of a mean year."""
+"""Duration [h] of a mean year."""
 
 
 @dataclass(frozen=True)
 class Weibull:
-    """Distribution of the wind speed.
+    """Weibull distribution of the wind speed.
 
     Attributes:
-      scale: [m/s].
-      shape: 2 is Rayleigh's distribution.
+      scale: [m/s] scale parameter.
+      shape: shape parameter; 2 is Rayleigh's distribution.
     """
 
     scale: float
@@ -42,7 +42,7 @@ class Weibull:
 
 
 def distribution(campaign: Campaign) -> Weibull:
-    """Distribution of a campaign: that of the site, or Rayleigh's with the mean of the class."""
+    """Distribution of the wind speed of a campaign: that of the site, or Rayleigh's with the mean of the class."""
     if campaign.site is not None:
         return Weibull(campaign.site.weibull_scale, campaign.site.weibull_shape)
     sea = campaign.metocean
@@ -60,8 +60,7 @@ def time_share(name: str, states: Mapping[str, State], campaign: Campaign, low: 
     """Share of the lifetime of a state in a bin of the wind speed.
 
     Args:
-      name: of the state.
-      states: of the table.
+      campaign: campaign with the distribution of the wind speed.
       low, high: [m/s] edges of the bin.
 
     Raises:
@@ -69,14 +68,15 @@ def time_share(name: str, states: Mapping[str, State], campaign: Campaign, low: 
     """
     wind, least, most = distribution(campaign), campaign.cut_in, campaign.cut_out
     operating = wind.between(least, most)
-
-    def inside(state: State) -> float | None:
-        return state.inside if state.hours is None else state.hours / HOURS / operating
-
-    given = {each: inside(state) for each, state in states.items()}
+    given = {
+        each: state.inside if state.hours is None else state.hours / HOURS / operating for each, state in states.items()
+    }
     rest = 1.0 - sum(share for share in given.values() if share is not None)
     if rest < 0.0:
         raise InputError(f"states: they have {1.0 - rest:.3g} of the time between cut-in and cut-out, more than all")
-    own = given[name]
+    share_inside = given[name]
     between = wind.between(max(low, least), min(high, most))
-    return between * (rest if own is None else own) + (wind.between(low, high) - between) * states[name].outside
+    return (
+        between * (rest if share_inside is None else share_inside)
+        + (wind.between(low, high) - between) * states[name].outside
+    )

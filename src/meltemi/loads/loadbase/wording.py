@@ -32,7 +32,7 @@ def in_words(record: Record, key: str) -> tuple[str, str]:
 
 
 def value_words(value: Any, unit: str = "", key: str = "") -> str:
-    """A value in the units of the report; nothing is "none"."""
+    """A value in the units of the report; None and empty values are "none"."""
     if value is None or value == () or value == {}:
         return "none"
     if isinstance(value, bool):

@@ -22,8 +22,8 @@ from meltemi.core.files import replacing, text_of
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, validated, write_record
 from meltemi.loads.loadbase.engine import Execution, run_jobs
-from meltemi.loads.loadbase.jobs import Job, case_key
-from meltemi.loads.loadbase.store import Store
+from meltemi.loads.loadbase.jobs import Job, case_key, names_by_key
+from meltemi.loads.loadbase.store import ResultStore
 from meltemi.loads.surrogate.space import UNITS, USUAL, Space, site_space, space_filling
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -42,11 +42,11 @@ LOADS = {
 """Default loads of a surrogate, with the slopes of their S-N curves."""
 SETS = ("train", "check")
 BLOCK = 4096
-"""Cases that are prepared together, so that memory does not grow with the number of cases."""
+"""Number of cases that are prepared together, so that memory does not grow with the number of cases."""
 
 
 class SurrogateCampaign(Record):
-    """What a load surrogate is made from, before it is expanded to points."""
+    """Description of a load surrogate, from which its points and runs follow."""
 
     turbine: str
     """Name in the library, or path of a turbine file."""
@@ -59,7 +59,7 @@ class SurrogateCampaign(Record):
     method: Literal["sobol", "latin"] = "sobol"
     """Space-filling design."""
     points: int = Field(default=256, ge=1, le=10_000_000)
-    """Points of the fit, each with a seed of its own."""
+    """Points of the fit, each with one seed, different from those of the others."""
     repeats: int = Field(default=16, ge=0)
     """Points of the fit that are repeated with other seeds, for the scatter."""
     checks: int = Field(default=32, ge=0)
@@ -69,9 +69,9 @@ class SurrogateCampaign(Record):
     realisation: int = Field(default=1, ge=1, le=1000)
     """Number of the realisation, from which points and seeds follow."""
     duration: float = Field(default=600.0, gt=0.0)
-    """[s; 30 to 4000] evaluated."""
+    """Evaluated duration [s; 30 to 4000]."""
     transient: float = Field(default=60.0, ge=0.0)
-    """[s; 10 to 2000] not evaluated."""
+    """Initial transient [s; 10 to 2000], not evaluated."""
     controller: NamedCase = BaselineCase()
     """Controller, as in a case file; power control where ``power_reference`` is a variable."""
     options: dict[str, Any] = Field(default_factory=dict)
@@ -124,8 +124,7 @@ class SurrogateCampaign(Record):
         known: dict[str, tuple[str, ...]] = {name: (name,) for name in sorted(single)}
         for name in sorted(single):
             if name.startswith("root_"):
-                known.setdefault(name[:-2], ())
-                known[name[:-2]] += (name,)
+                known[name[:-2]] = (*known.get(name[:-2], ()), name)
         for name in self.loads:
             if name not in known:
                 raise InputError(f"loads: no load {name!r}: {did_you_mean(name, known)}")
@@ -134,14 +133,14 @@ class SurrogateCampaign(Record):
 
 @dataclass(frozen=True)
 class SurrogateDesign:
-    """Points of a campaign: a row a run.
+    """Points of a campaign, one row for each run.
 
     Attributes:
-      space: of the variables.
+      space: space of the variables.
       point: (n,) number of the point; its runs have the same values and different seeds.
-      seed: (n,) of the turbulence.
+      seed: (n,) seed of the turbulence.
       check: (n,) whether the point is held out.
-      values: (n, d) of the variables.
+      values: (n, d) values of the variables.
     """
 
     space: Space
@@ -152,6 +151,10 @@ class SurrogateDesign:
 
     def __len__(self) -> int:
         return len(self.point)
+
+    def part(self, rows: NDArray[np.bool_]) -> SurrogateDesign:
+        """The design with some of its runs."""
+        return SurrogateDesign(self.space, self.point[rows], self.seed[rows], self.check[rows], self.values[rows])
 
     def extended(self, values: Float, seeds: int = 1) -> SurrogateDesign:
         """The design with further points (k, d) of the fit, each with so many seeds."""
@@ -203,7 +206,7 @@ def read_surrogate_campaign(folder: str | Path) -> tuple[SurrogateCampaign, Surr
     """Read a campaign and its points.
 
     Raises:
-      InputError: there is none, or a file is not valid.
+      InputError: there is no campaign, or a file is not valid.
     """
     folder = Path(folder)
     if not (folder / FILE).is_file():
@@ -238,14 +241,14 @@ class SurrogateRun(Execution):
     """Runs of a surrogate.
 
     Attributes:
-      folder: of the campaign; results are written to ``results`` in it.
+      folder: folder of the campaign; results are written to ``results`` in it.
     """
 
     folder: str | Path
 
 
 @arguments_of(SurrogateRun)
-def run_surrogate(asked: SurrogateRun) -> tuple[int, int, int]:
+def run_surrogate(run: SurrogateRun) -> tuple[int, int, int]:
     """Run the cases of a campaign that are missing; the arguments are the fields of :class:`SurrogateRun`.
 
     Returns:
@@ -254,13 +257,13 @@ def run_surrogate(asked: SurrogateRun) -> tuple[int, int, int]:
     Raises:
       InputError: as for ``run_base``.
     """
-    campaign, design = read_surrogate_campaign(asked.folder)
-    store = Store(asked.folder)
+    campaign, design = read_surrogate_campaign(run.folder)
+    store = ResultStore(run.folder)
     for block in _blocks(campaign, design):
-        run_jobs(block, store, asked)
-    found = [store.places.get(job.key) for block in _blocks(campaign, design) for job in block]
-    there = [place.status.complete for place in found if place is not None]
-    return sum(there), len(there) - sum(there), len(found) - len(there)
+        run_jobs(block, store, run)
+    stored = [store.places.get(job.key) for block in _blocks(campaign, design) for job in block]
+    complete = [place.status.complete for place in stored if place is not None]
+    return sum(complete), len(complete) - sum(complete), len(stored) - len(complete)
 
 
 def _blocks(campaign: SurrogateCampaign, design: SurrogateDesign) -> Iterator[list[Job]]:
@@ -303,29 +306,23 @@ def surrogate_loads(folder: str | Path) -> tuple[SurrogateCampaign, SurrogateDes
     """Equivalent loads of the completed runs of a campaign.
 
     Returns:
-      the campaign, the points of these runs, and (n, L) loads at 1 Hz [N, N m]; over blades the range that does their
-      mean damage.
+      the campaign, the points of these runs, and (n, L) equivalent loads at 1 Hz [N, N m]; over blades the range with
+      their mean damage.
 
     Raises:
       InputError: there is no campaign, or no run of it.
     """
     campaign, design = read_surrogate_campaign(folder)
-    channels, store = campaign.channels(), Store(folder)
-    keys = [job.key for block in _blocks(campaign, design) for job in block]
-    rows: dict[str, list[str]] = {}
-    for row, key in enumerate(keys):
-        if key in store.places and store.places[key].status.complete:
-            rows.setdefault(key, []).append(str(row))
-    table = store.table(rows, "equivalent").astype({"case": int})
-    ranges = table.pivot(index="case", columns="channel", values="range").reindex(range(len(design)))
-    found = np.empty((len(design), len(channels)))
+    channels, store = campaign.channels(), ResultStore(folder)
+    jobs = [job for block in _blocks(campaign, design) for job in block]
+    keys = names_by_key(job for job in jobs if job.key in store.places and store.places[job.key].status.complete)
+    table = store.table(keys, "equivalent").astype({"case": str})
+    ranges = table.pivot(index="case", columns="channel", values="range").reindex([job.name for job in jobs])
+    loads = np.empty((len(design), len(channels)))
     for i, (load, names) in enumerate(channels.items()):
         m = campaign.loads[load]
-        found[:, i] = (ranges.reindex(columns=names) ** m).mean(axis=1, skipna=False) ** (1.0 / m)
-    there = np.all(np.isfinite(found), axis=1)
-    if not there.any():
+        loads[:, i] = (ranges.reindex(columns=names) ** m).mean(axis=1, skipna=False) ** (1.0 / m)
+    complete = np.all(np.isfinite(loads), axis=1)
+    if not complete.any():
         raise InputError(f"{folder}: no results; 'meltemi surrogate run {folder}' computes them")
-    kept = SurrogateDesign(
-        design.space, design.point[there], design.seed[there], design.check[there], design.values[there]
-    )
-    return campaign, kept, found[there]
+    return campaign, design.part(complete), loads[complete]

@@ -22,22 +22,22 @@ from meltemi.turbine.library import load_turbine
 
 KINDS = ("polynomial", "gaussian")
 DRAWS = 24
-"""Draws of the coefficients that show their uncertainty."""
+"""Number of draws of the coefficients, which show their uncertainty."""
 DEGREE, NORM = 12, 0.6
 """Largest degree, and exponent q, of the hyperbolic truncation (LS-6)."""
 NEGLIGIBLE = 0.01
 """Share of a coefficient that the runs determine, below which its term is omitted."""
 LEARNED = 400
-"""Runs from which a Gaussian process learns its length scales; all count for its values."""
+"""Largest number of runs from which a Gaussian process learns its length scales; its values use all runs."""
 
 
 def candidates(dimensions: int, degree: int, norm: float = NORM) -> NDArray[np.int64]:
     """Degrees (P, d) of the products of a hyperbolic truncation, the constant first (LS-6)."""
-    found: list[tuple[int, ...]] = [()]
+    products: list[tuple[int, ...]] = [()]
     for _ in range(dimensions):
-        grown = ((*one, k) for one, k in product(found, range(degree + 1)))
-        found = [one for one in grown if sum(k**norm for k in one) ** (1.0 / norm) <= degree + 1e-9]
-    return np.array(sorted(found, key=lambda one: (sum(one), [-k for k in one])), dtype=np.int64)
+        grown = ((*one, k) for one, k in product(products, range(degree + 1)))
+        products = [one for one in grown if sum(k**norm for k in one) ** (1.0 / norm) <= degree + 1e-9]
+    return np.array(sorted(products, key=lambda one: (sum(one), [-k for k in one])), dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Fit:
     """Basis and coefficients of one logarithm.
 
     Attributes:
-      coefficients: (1 + B, P): the fit, and draws that show its uncertainty.
-      noise: variance of the values about it.
+      coefficients: (1 + B, P) coefficients of the fit, and draws that show its uncertainty.
+      noise: variance of the values about the fit.
     """
 
     basis: Polynomials | Kernels
@@ -57,14 +57,13 @@ class Fit:
 def polynomial_fit(germ: Float, y: Float, seed: int = 0, degree: int = DEGREE, norm: float = NORM) -> Fit:
     """Polynomial chaos expansion whose coefficients are normally distributed a priori (LS-7).
 
-    Their variance falls with the degree at a rate of its own for each variable; rates and noise maximise the marginal
-    likelihood of the values. The draws are of the posterior distribution.
+    Their variance falls with the degree at a rate that differs between variables; rates and noise maximise the marginal
+    likelihood of the values. The draws are from the posterior distribution.
 
     Args:
-      germ: (n, d).
+      germ: (n, d) germs.
       y: (n,) values.
-      seed: of the draws.
-      degree, norm: of the truncation.
+      degree, norm: degree and exponent of the truncation.
     """
     from scipy.linalg import cho_factor, cho_solve
     from scipy.optimize import minimize
@@ -97,16 +96,16 @@ def polynomial_fit(germ: Float, y: Float, seed: int = 0, degree: int = DEGREE, n
 
     start = np.array([*np.zeros(germ.shape[1]), 0.0, -4.0])
     bounds = [(-4.0, 2.5)] * germ.shape[1] + [(-8.0, 8.0), (-28.0, 1.0)]
-    found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60}).x
-    d, noise = prior(found), float(np.exp(found[-1]))
-    told = len(z) * d**2 > NEGLIGIBLE * noise
-    told[0] = True
-    degrees, phi, d = degrees[told], phi[:, told], d[told]
+    optimum = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 60}).x
+    d, noise = prior(optimum), float(np.exp(optimum[-1]))
+    determined = len(z) * d**2 > NEGLIGIBLE * noise
+    determined[0] = True
+    degrees, phi, d = degrees[determined], phi[:, determined], d[determined]
     u, s, v = np.linalg.svd(phi * d, full_matrices=False)
     weights = v.T @ (s / (s**2 + noise) * (u.T @ z))
     normal = np.random.default_rng(seed).standard_normal((len(d), DRAWS))
-    drawn = normal + v.T @ ((np.sqrt(noise / (s**2 + noise)) - 1.0)[:, None] * (v @ normal))
-    coefficients = np.vstack([weights, (weights[:, None] + drawn).T]) * d * scale
+    deviations = normal + v.T @ ((np.sqrt(noise / (s**2 + noise)) - 1.0)[:, None] * (v @ normal))
+    coefficients = np.vstack([weights, (weights[:, None] + deviations).T]) * d * scale
     coefficients[:, 0] += mean
     return Fit(Polynomials(degrees), coefficients, noise * scale**2)
 
@@ -132,26 +131,20 @@ def gaussian_fit(germ: Float, y: Float, seed: int = 0) -> Fit:
     process = GaussianProcessRegressor(learned, optimizer=None).fit(germ, z)
     fitted, noise = process.predict(germ), learned.k2.noise_level
     left = (z - fitted) / np.sqrt(np.maximum(noise * np.diag(cho_solve((process.L_, True), np.eye(n))), 1e-6))
-    drawn = random.choice(left - left.mean(), (n, DRAWS))
-    weights = process.fit(germ, np.column_stack([z, fitted[:, None] + drawn])).alpha_
+    resampled = random.choice(left - left.mean(), (n, DRAWS))
+    weights = process.fit(germ, np.column_stack([z, fitted[:, None] + resampled])).alpha_
     rows = np.vstack([scale * learned.k1.k1.constant_value * weights, np.full(1 + DRAWS, mean)]).T
     basis = Kernels(germ, np.broadcast_to(learned.k1.k2.length_scale, germ.shape[1:]).copy())
     return Fit(basis, rows, noise * scale**2)
 
 
 def fit_surrogate(
-    campaign: SurrogateCampaign,
-    design: SurrogateDesign,
-    loads: Float,
-    kind: str = "polynomial",
-    degree: int = DEGREE,
+    campaign: SurrogateCampaign, design: SurrogateDesign, loads: Float, kind: str = "polynomial", degree: int = DEGREE
 ) -> Surrogate:
     """Fit a surrogate to the runs of a campaign except those of held-out points, and validate it with these.
 
     Args:
-      campaign: from ``surrogate_loads``, as the next two.
-      design: points of the runs.
-      loads: (n, L) equivalent loads.
+      campaign, design, loads: campaign, points of the runs and (n, L) equivalent loads, from ``surrogate_loads``.
       kind: "polynomial" chaos expansion or "gaussian" process.
       degree: largest degree of the polynomials; a lower one has fewer terms.
 
@@ -215,14 +208,14 @@ def further_points(
 ) -> Float:
     """Points (n, d) where further runs reduce the error of the lifetime loads most (LS-12).
 
-    A surrogate that is not usable does not know where that is: the points then fill the space.
+    The errors of a surrogate that is not usable give no such points: the points then fill the space.
 
     Args:
-      surrogate: of polynomial form.
+      surrogate: surrogate of polynomial form.
       n: number of points.
       probability: function of wind speeds (k,) [m/s], proportional to their probability density.
       candidates_per_point: points of a space-filling design for each chosen one.
-      seed: of the candidates and the choice.
+      seed: seed of the candidates and the choice.
     """
     from meltemi.loads.surrogate.space import space_filling
 

@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 from warnings import warn
@@ -20,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 import meltemi
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import text_of, write_text
-from meltemi.loads.surrogate.space import UNITS, Space, Variable
+from meltemi.loads.surrogate.space import UNITS, SiteVariable, Space
 from meltemi.postprocess.inputs import floats
 
 if TYPE_CHECKING:
@@ -31,14 +32,14 @@ FORMAT, VERSION = "meltemi load surrogate", 2
 NEUTRAL = {"shear_exponent": 0.2, "air_density": 1.225, "inclination": 0.0, "yaw_error": 0.0}
 """Values of variables that a caller leaves out."""
 SLACK = 1e-9
-"""By which germs may be beyond their bounds: rounding."""
+"""Amount by which rounding may take germs beyond their bounds."""
 LARGEST_LOGARITHM = 100.0
-"""Of a load [N, N m]; those of the largest turbines are below 21."""
+"""Largest logarithm of a load [N, N m]; those of the largest turbines are below 21."""
 LEAST_R2, WITHIN = 0.5, 1.5
-"""R^2 at held-out points from which a load is usable; NRMSE over that of a perfect surrogate up to which it is, too,
-since the scatter of the simulated means hides the rest (LS-15)."""
+"""Smallest R^2 at held-out points of a usable load, or largest NRMSE over that of a perfect surrogate, since the
+scatter of the simulated means hides the rest (LS-15)."""
 BLOCK = 1024
-"""Points that are evaluated together, for the cache of the processor."""
+"""Number of points that are evaluated together, for the cache of the processor."""
 Outside = Literal["error", "clip", "nan"]
 
 
@@ -53,7 +54,7 @@ class Polynomials:
     degrees: NDArray[np.int64]
 
     def __call__(self, germ: Float) -> Float:
-        """Their values (n, P) at germs (n, d)."""
+        """Values (n, P) of the products at germs (n, d)."""
         return legendre_products(germ, self.degrees)
 
 
@@ -70,7 +71,7 @@ class Kernels:
     lengths: Float
 
     def __call__(self, germ: Float) -> Float:
-        """Their values (n, N + 1) at germs (n, d)."""
+        """Values (n, N + 1) of the kernels at germs (n, d)."""
         x, c = germ / self.lengths, self.centres / self.lengths
         square = np.sum(x**2, 1)[:, None] + np.sum(c**2, 1) - 2.0 * x @ c.T
         return np.column_stack([np.exp(-0.5 * np.maximum(square, 0.0)), np.ones(len(x))])
@@ -78,14 +79,14 @@ class Kernels:
 
 def legendre_products(germ: Float, degrees: NDArray[np.int64]) -> Float:
     """Products (n, P) of Legendre polynomials of germs (n, d), orthonormal for uniform germs (LS-5)."""
-    found = np.ones((len(degrees), len(germ)))
+    products = np.ones((len(degrees), len(germ)))
     norm = np.sqrt(2.0 * np.arange(degrees.max(initial=0) + 1) + 1.0)
-    for x, own in zip(germ.T, degrees.T, strict=True):
-        if top := int(own.max(initial=0)):
+    for x, orders in zip(germ.T, degrees.T, strict=True):
+        if top := int(orders.max(initial=0)):
             values = np.polynomial.legendre.legvander(x, top).T * norm[: top + 1, None]
             for k in range(1, top + 1):
-                found[own == k] *= values[k]
-    return found.T
+                products[orders == k] *= values[k]
+    return products.T
 
 
 @dataclass(frozen=True)
@@ -93,11 +94,11 @@ class LoadModel:
     """Model of one equivalent load, with the attributes that PyWake asks for.
 
     Attributes:
-      name, unit: of the load at 1 Hz, a range.
-      slope: m of the S-N curve.
-      space: of the variables.
+      name, unit: name and unit of the equivalent load at 1 Hz, a range.
+      slope: slope m of the S-N curve.
+      space: space of the variables.
       basis: functions of the germ.
-      coefficients: (1 + B, P) of the logarithm of the load: of the fit, and draws that show its uncertainty.
+      coefficients: (1 + B, P) coefficients of the logarithm of the load, and draws that show their uncertainty.
       scatter: standard deviation of the logarithm over seeds.
       errors: measures of the validation.
     """
@@ -141,7 +142,7 @@ class LoadModel:
 
         Args:
           x: rows, in SI units.
-          outside: of the bounds: "error", "clip" (the nearest bound, with a warning) or "nan".
+          outside: action outside the bounds: "error", "clip" (the nearest bound, with a warning) or "nan".
         """
         return self.mean(inside(self.space, x, outside))
 
@@ -149,7 +150,7 @@ class LoadModel:
         """Mean load (n,) over seeds at germs.
 
         Raises:
-          InputError: it is infinite, as of a damaged surrogate.
+          InputError: the load is infinite, as of a damaged surrogate.
         """
         return self._finite(self.logarithm(germ)[:, 0] + 0.5 * self.scatter**2)
 
@@ -159,7 +160,7 @@ class LoadModel:
         return np.exp(log)
 
     def lifetime(self, probability: Float, germ: Float, fits: int | None = None) -> Float:
-        """Equivalent load at 1 Hz (fits,) of the time in conditions of given probability (LS-8)."""
+        """Equivalent load at 1 Hz (fits,) over conditions of given probability (LS-8)."""
         m, log = self.slope, self.logarithm(germ, len(self.coefficients) if fits is None else fits)
         top = log.max(axis=0)
         damage = np.sum(probability[:, None] * np.exp(m * (log - top)), axis=0)
@@ -181,7 +182,7 @@ class LoadModel:
 
 
 def inside(space: Space, x: ArrayLike, outside: Outside = "error") -> Float:
-    """Germs (n, d) of rows of variables; what is outside the bounds is an error, clipped with a warning, or NaN.
+    """Germs (n, d) of rows of variables; values outside the bounds are an error, clipped with a warning, or NaN.
 
     Raises:
       InputError: a value is outside, or the rows have another number of variables.
@@ -212,10 +213,10 @@ class Surrogate:
     """Equivalent loads of a turbine as a function of the site variables.
 
     Attributes:
-      turbine: its name.
+      turbine: name of the turbine.
       space: variables with bounds.
       loads: models by name.
-      facts: of the fit: kind, numbers of points and runs, duration, ``turbine_hash``.
+      facts: facts of the fit: kind, numbers of points and runs, duration, ``turbine_hash``.
     """
 
     turbine: str
@@ -234,19 +235,19 @@ class Surrogate:
 
     @property
     def verdict(self) -> str:
-        """Whether its loads may be used: ``usable``, or which are not, why, and what to do."""
+        """Whether its loads may be used: ``usable``, or the loads that are not, with reason and remedy."""
         bad = [each for each in self.loads.values() if each.verdict == "not usable"]
         if not bad:
             checked = all(each.verdict == "usable" for each in self.loads.values())
             return "usable" if checked else "not validated: it has no held-out points; design it with --checks"
         each = min(bad, key=lambda load: load.errors["r2"])
-        told = f"R2 {each.errors['r2']:.3g}, NRMSE {100.0 * each.errors['nrmse']:.3g} %"
+        errors = f"R2 {each.errors['r2']:.3g}, NRMSE {100.0 * each.errors['nrmse']:.3g} %"
         others = f" and {len(bad) - 1} other loads" * (len(bad) > 1)
         terms = f" for {each.coefficients.shape[1]} terms" * isinstance(each.basis, Polynomials)
         points = f"{self.facts.get('points', 'too few')} points{terms}"
         return (
-            f"not usable: {each.name}{others}: {told} at held-out points, with {points}; take more points (refine), or "
-            "fewer terms (fit --degree, or fewer variables)"
+            f"not usable: {each.name}{others}: {errors} at held-out points, with {points}; take more points (refine), "
+            "or fewer terms (fit --degree, or fewer variables)"
         )
 
     @property
@@ -258,15 +259,15 @@ class Surrogate:
         """Equivalent loads at 1 Hz, ranges in N or N m, the mean over seeds.
 
         Args:
-          outside: of the bounds: "error", "clip" (the nearest bound, with a warning) or "nan".
-          inputs: numbers or arrays that go together, in SI units. ``shear_exponent`` is 0.2, ``air_density``
+          outside: action outside the bounds: "error", "clip" (the nearest bound, with a warning) or "nan".
+          inputs: numbers or arrays of compatible shapes, in SI units. ``shear_exponent`` is 0.2, ``air_density``
             1.225 kg/m^3, angles zero and ``power_reference`` rated power unless given.
 
         Returns:
-          by load, arrays of the common shape.
+          Arrays of the common shape, by load.
 
         Raises:
-          InputError: a variable is missing, unknown or outside the bounds, or shapes do not go together.
+          InputError: a variable is missing, unknown or outside the bounds, or shapes are not compatible.
         """
         x, shape = self._rows(inputs)
         germ = inside(self.space, x, outside)
@@ -304,12 +305,12 @@ def write_surrogate(surrogate: Surrogate, path: str | Path) -> Path:
         b = each.basis
         basis = {"degrees": b.degrees.tolist()} if isinstance(b, Polynomials) else {"lengths": b.lengths.tolist()}
         rows = [[float(f"{c:.9g}") for c in row] for row in each.coefficients]
-        own = {"name": each.name, "unit": each.unit, "slope": each.slope, "scatter": each.scatter}
-        loads.append(own | {"errors": dict(each.errors), **basis, "coefficients": rows})
+        facts = {"name": each.name, "unit": each.unit, "slope": each.slope, "scatter": each.scatter}
+        loads.append(facts | {"errors": dict(each.errors), **basis, "coefficients": rows})
     centres = next((e.basis.centres.tolist() for e in surrogate.loads.values() if isinstance(e.basis, Kernels)), None)
     variables = [asdict(v) | {"unit": UNITS[v.name]} for v in surrogate.space.variables]
     for variable in variables:
-        variable |= {k: None for k in ("least", "most") if abs(variable[k]) == float("inf")}
+        variable |= {k: None for k in ("least", "most") if abs(variable[k]) == inf}
     content = {"format": FORMAT, "version": VERSION, "meltemi": meltemi.__version__, "turbine": surrogate.turbine}
     content |= {"variables": variables, "facts": dict(surrogate.facts), "centres": centres, "loads": loads}
     write_text(Path(path), json.dumps(content | {"checksum": _checksum(content)}, separators=(",", ":")) + "\n")
@@ -317,32 +318,32 @@ def write_surrogate(surrogate: Surrogate, path: str | Path) -> Path:
 
 
 def _checksum(content: Mapping[str, Any]) -> str:
-    """Of what a file says besides it."""
-    said = {name: value for name, value in content.items() if name != "checksum"}
-    return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()
+    """Hash of the content of a file without its checksum."""
+    checked = {name: value for name, value in content.items() if name != "checksum"}
+    return hashlib.sha256(json.dumps(checked, sort_keys=True).encode()).hexdigest()
 
 
 def load_surrogate(path: str | Path, turbine: AnyTurbine | None = None) -> Surrogate:
     """Read a surrogate as a function of the site variables; needs NumPy only.
 
-    Args:
-      path: of the file.
-      turbine: whose loads are asked for; by default that of the file.
-
     A surrogate that is not usable gives a warning.
+
+    Args:
+      path: file of the surrogate.
+      turbine: turbine of the loads; by default that of the file.
 
     Raises:
       InputError: the file cannot be read, is damaged or no load surrogate, or is that of another turbine.
     """
-    found = _read(path)
-    if not found.usable:
-        warn(f"{path}: {found.verdict}", stacklevel=2)
-    if turbine is not None and found.facts.get("turbine_hash") != turbine.content_hash():
+    surrogate = _read(path)
+    if not surrogate.usable:
+        warn(f"{path}: {surrogate.verdict}", stacklevel=2)
+    if turbine is not None and surrogate.facts.get("turbine_hash") != turbine.content_hash():
         raise InputError(
-            f"{path}: it was fitted to {found.turbine}, whose data differ from those of {turbine.name}; "
-            "make a surrogate of this turbine: meltemi surrogate design TURBINE"
+            f"{path}: it was fitted to {surrogate.turbine}, whose data differ from those of {turbine.name}; "
+            "design a surrogate of this turbine: meltemi surrogate design TURBINE"
         )
-    return found
+    return surrogate
 
 
 def _read(path: str | Path) -> Surrogate:
@@ -354,22 +355,11 @@ def _read(path: str | Path) -> Surrogate:
         if data["version"] != VERSION:
             raise InputError(
                 f"{path}: version {data['version']!r} of the format; this meltemi reads {VERSION}: "
-                "'meltemi surrogate fit FOLDER' writes it anew"
+                "'meltemi surrogate fit FOLDER' writes it again"
             )
         if data.get("checksum") != _checksum(data):
             raise InputError(f"{path}: damaged or changed: its checksum does not match its content")
-        known = {name: [v[name] for v in data["variables"]] for name in ("name", "lower", "upper", "least", "most")}
-        space = Space(
-            tuple(
-                Variable(
-                    str(name),
-                    tuple(map(float, lower)),
-                    tuple(map(float, upper)),
-                    *(e if m is None else float(m) for m, e in zip(limits, INFINITE, strict=True)),
-                )
-                for name, lower, upper, *limits in zip(*known.values(), strict=True)
-            )
-        )
+        space = Space(tuple(map(_variable, data["variables"])))
         with np.errstate(all="ignore"):
             low, high = space.bounds(np.linspace(*space.ends, 9))
         if not np.all(low < high):
@@ -381,14 +371,20 @@ def _read(path: str | Path) -> Surrogate:
                 basis = Polynomials(np.array(each["degrees"], dtype=np.int64))
             else:
                 basis = Kernels(np.array(data["centres"], dtype=float), np.array(each["lengths"], dtype=float))
-            own = (each["name"], each["unit"], float(each["slope"]), space, basis)
+            described = (each["name"], each["unit"], float(each["slope"]), space, basis)
             rows = np.array(each["coefficients"], dtype=float)
             if rows.shape[1] != basis(np.zeros((1, len(space.variables)))).shape[1] or not np.isfinite(rows).all():
                 raise ValueError(f"coefficients of {each['name']}")
-            loads[each["name"]] = LoadModel(*own, rows, float(each["scatter"]), each["errors"])
+            loads[each["name"]] = LoadModel(*described, rows, float(each["scatter"]), each["errors"])
         return Surrogate(data["turbine"], space, loads, data["facts"])
     except (ValueError, LookupError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         raise InputError(f"{path}: damaged, or no load surrogate ({type(error).__name__}: {error})") from None
 
 
-INFINITE = (-float("inf"), float("inf"))
+def _variable(content: Mapping[str, Any]) -> SiteVariable:
+    """A variable of a file, in which none is an infinite limit."""
+    lower, upper = (tuple(map(float, content[name])) for name in ("lower", "upper"))
+    least, most = (
+        limit if content[name] is None else float(content[name]) for name, limit in (("least", -inf), ("most", inf))
+    )
+    return SiteVariable(str(content["name"]), lower, upper, least, most)

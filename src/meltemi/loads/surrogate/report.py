@@ -21,9 +21,9 @@ Rows = tuple[list[str], list[list[str]]]
 ERRORS = {"r2": "R2", "nrmse": "NRMSE %", "floor": "NRMSE of scatter %", "bias": "bias %"}
 """Heads of the errors at held-out points."""
 COLUMNS = 3
-"""Of panels of a validation."""
+"""Largest number of panels of a validation side by side."""
 VERDICTS = {"yes": COLOURS[5], "no": COLOURS[6], "undecided": COLOURS[1]}
-"""Colours of the answers whether a load is below that of the design."""
+"""Colours by whether a load is below that of the design."""
 
 
 def fit_rows(surrogate: Surrogate) -> Rows:
@@ -62,9 +62,8 @@ def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) 
     """Plot predicted loads over simulated ones, means over seeds, at held-out points; without any at all points.
 
     Args:
-      surrogate: of the campaign.
-      design: points of the runs, from ``surrogate_loads``.
-      loads: (n, L) equivalent loads, from there as well.
+      surrogate: surrogate of the campaign.
+      design, loads: points of the runs and their (n, L) equivalent loads, from ``surrogate_loads``.
     """
     at = design.check if design.check.any() else np.ones(len(design), dtype=bool)
     _, first, place, count = np.unique(design.point[at], return_index=True, return_inverse=True, return_counts=True)
@@ -75,10 +74,10 @@ def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) 
     for i, (ax, (name, model)) in enumerate(zip(axes.ravel(), surrogate.loads.items(), strict=False)):
         mean = np.bincount(place, loads[at, i]) / count
         factor, unit = (1e-6, f"M{model.unit}") if mean.max() > 2e6 else (1e-3, f"k{model.unit}")
-        found = model.predict_output(design.values[at][first], outside="clip")
-        ends = np.array([0.0, 1.05 * max(mean.max(), found.max())]) * factor
+        predicted = model.predict_output(design.values[at][first], outside="clip")
+        ends = np.array([0.0, 1.05 * max(mean.max(), predicted.max())]) * factor
         ax.plot(ends, ends, color=FAINT, linewidth=1.0)
-        ax.plot(mean * factor, found * factor, "o", color=COLOURS[0], markersize=3.5, alpha=0.8)
+        ax.plot(mean * factor, predicted * factor, "o", color=COLOURS[0], markersize=3.5, alpha=0.8)
         panel(ax, name.replace("_", " "), unit, f"simulated [{unit}]")
         ax.set_ylabel(f"predicted [{unit}]")
         if model.errors:
@@ -92,34 +91,34 @@ def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) 
     return figure
 
 
-def suitability_rows(found: Suitability) -> Rows:
+def suitability_rows(suitability: Suitability) -> Rows:
     """Header and rows of the margins of a site."""
     head = ["load", "slope", "site kN m", "design kN m", "ratio", "5 %", "95 %", "margin %"]
     head += [ERRORS["r2"], ERRORS["nrmse"], "below design"]
-    if any(margin.load.unit == "N" for margin in found.margins):
+    if any(margin.load.unit == "N" for margin in suitability.margins):
         head[2:4] = ["site kN, kN m", "design kN, kN m"]
     rows = []
-    for m in found.margins:
+    for m in suitability.margins:
         cells = [m.site / 1e3, m.design / 1e3, m.ratio, m.low, m.high, 100.0 * (1.0 - m.ratio)]
         errors = error_cells(m.load, "r2", "nrmse")
         rows.append([m.load.name, f"{m.load.slope:g}", *map(number, cells), *errors, m.verdict])
     return head, rows
 
 
-def plot_suitability(found: Suitability) -> Figure:
+def plot_suitability(suitability: Suitability) -> Figure:
     """Plot the ratios of lifetime loads of a site to those of the design, with intervals of 90 %."""
-    n = len(found.margins)
+    n = len(suitability.margins)
     figure, axes = new_figure(1, size=(8.0, 0.42 * n + 1.7))
     ax = axes[0, 0]
-    for i, m in enumerate(found.margins):
+    for i, m in enumerate(suitability.margins):
         colour = VERDICTS[m.verdict]
         ax.barh(n - 1 - i, m.ratio, height=0.6, color=colour, alpha=0.75)
         ax.plot([m.low, m.high], [n - 1 - i] * 2, color=INK, linewidth=2.0)
         ax.text(0.012, n - 1 - i, f"{m.ratio:.3f}", va="center", fontsize=8, color="white")
     ax.axvline(1.0, color=INK, linewidth=1.0, linestyle="--")
-    ax.set_yticks(range(n), [m.load.name.replace("_", " ") for m in reversed(found.margins)])
-    ax.set_xlim(0.0, 1.12 * max(1.0, *(max(m.ratio, m.high) for m in found.margins)))
+    ax.set_yticks(range(n), [m.load.name.replace("_", " ") for m in reversed(suitability.margins)])
+    ax.set_xlim(0.0, 1.12 * max(1.0, *(max(m.ratio, m.high) for m in suitability.margins)))
     ax.grid(False, axis="y")
-    ax.set_xlabel(f"lifetime equivalent load over that of {found.design.name or 'the design'}")
-    heading(ax, f"{found.site.name or 'site'}: {found.verdict}")
+    ax.set_xlabel(f"lifetime equivalent load over that of {suitability.design.name or 'the design'}")
+    heading(ax, f"{suitability.site.name or 'site'}: {suitability.verdict}")
     return figure

@@ -26,9 +26,9 @@ from meltemi.loads.surrogate.model import Float, LoadModel, Surrogate
 from meltemi.loads.surrogate.space import SPEED
 
 STEP = 0.5
-"""[m/s] of the bins of wind speed."""
+"""Width [m/s] of the bins of wind speed."""
 YAW = ((-1.0, 0.25), (0.0, 0.5), (1.0, 0.25))
-"""Yaw errors over the usual one, and their shares of the time."""
+"""Yaw errors over the usual yaw error, and their shares of the time."""
 BAND = 1.645
 """Standard deviations to each end of an interval of 90 %."""
 
@@ -39,21 +39,22 @@ class Sector(Record):
     frequency: float = Field(default=1.0, ge=0.0, le=1.0)
     """Share of the time with wind from the sector."""
     weibull_scale: float = Field(gt=0.0, le=60.0)
-    """[m/s]."""
+    """Scale parameter [m/s] of the distribution of the wind speed."""
     weibull_shape: float = Field(default=2.0, gt=0.5, le=10.0)
     speed: Vector
-    """(n,) [m/s] wind speeds of the turbulence intensities, increasing."""
+    """(n,) wind speeds [m/s] of the turbulence intensities, increasing."""
     intensity: Vector
     """(n,) turbulence intensity: the 90 % quantile, or an effective one if ``neighbours`` of the site are left out."""
     thrust_coefficient: Vector | None = None
-    """(n,) of the neighbours, for their wakes; by default 7 m/s over the wind speed, as in IEC 61400-1 edition 3."""
+    """(n,) thrust coefficient of the neighbours, for their wakes; by default 7 m/s over the wind speed, as in IEC
+    61400-1 edition 3."""
     shear_exponent: float = Field(default=0.2, gt=-1.0, lt=1.0)
     air_density: float = Field(default=1.225, gt=0.0, lt=3.0)
-    """[kg/m^3]."""
+    """Density [kg/m^3] of the air."""
     inclination: float = Field(default=0.0, ge=-0.5, le=0.5)
-    """[rad] of the flow."""
+    """Inclination [rad] of the flow."""
     yaw_error: float = Field(default=math.radians(8.0), ge=0.0, le=1.0)
-    """[rad] usual yaw error: of either sign in a quarter of the time."""
+    """Usual yaw error [rad], of each sign in a quarter of the time."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -95,25 +96,19 @@ class SiteTable(Record):
 
     def density(self, speed: Float) -> Float:
         """Probability density (k,) [s/m] of wind speeds [m/s]."""
-        found = np.zeros(len(speed))
+        density = np.zeros(len(speed))
         for s in self.sectors:
-            x = np.asarray(speed) / s.weibull_scale
-            found += (
-                s.frequency
-                * s.weibull_shape
-                / s.weibull_scale
-                * x ** (s.weibull_shape - 1)
-                * np.exp(-(x**s.weibull_shape))
-            )
-        return found
+            x, k = np.asarray(speed) / s.weibull_scale, s.weibull_shape
+            density += s.frequency * k / s.weibull_scale * x ** (k - 1) * np.exp(-(x**k))
+        return density
 
 
 def read_site_table(path: str | Path, turbine: str | None = None) -> SiteTable:
     """Read the conditions of a site: YAML with ``sectors``, or the JSON form of IEC 61400-15-1.
 
     Args:
-      path: of the file.
-      turbine: its ID in the JSON form; not needed if there is only one.
+      path: file of the site.
+      turbine: ID of the turbine in the JSON form; not needed if there is only one.
 
     Raises:
       InputError: the file cannot be read or is not valid.
@@ -131,8 +126,8 @@ def class_table(wind_class: str | WindClass, edition: int = 4) -> SiteTable:
     """Conditions of the normal turbulence model of a wind turbine class, as DLC 1.2 has them.
 
     Args:
-      wind_class: such as IB.
-      edition: of IEC 61400-1.
+      wind_class: wind turbine class such as IB.
+      edition: edition of IEC 61400-1.
 
     Raises:
       InputError: there is no such class.
@@ -152,9 +147,7 @@ def conditions_of(surrogate: Surrogate, site: SiteTable, slope: float = 10.0) ->
     """Probabilities (k,) and values (k, d) of the variables of all conditions in production (LS-13).
 
     Args:
-      surrogate: of the turbine.
-      site: its conditions.
-      slope: of the S-N curve, for the effective turbulence of neighbours.
+      slope: slope of the S-N curve, for the effective turbulence of neighbours.
     """
     low, high = surrogate.space.ends
     edge = np.linspace(low, high, max(round((high - low) / STEP), 1) + 1)
@@ -166,8 +159,8 @@ def conditions_of(surrogate: Surrogate, site: SiteTable, slope: float = 10.0) ->
         turbulence = s.effective(middle, site.neighbours, slope)
         for sign, part in YAW:
             at = {SPEED: middle, "turbulence_intensity": turbulence}
-            own = ("shear_exponent", "air_density", "inclination")
-            at |= {name: np.full(len(middle), getattr(s, name)) for name in own}
+            constant = ("shear_exponent", "air_density", "inclination")
+            at |= {name: np.full(len(middle), getattr(s, name)) for name in constant}
             at["yaw_error"] = np.full(len(middle), sign * s.yaw_error)
             at |= {v.name: np.full(len(middle), v.upper[0]) for v in surrogate.space.variables[1:] if v.name not in at}
             probability.append(s.frequency * part * share)
@@ -180,10 +173,9 @@ class Margin:
     """Lifetime load of a site over that of the design conditions.
 
     Attributes:
-      load: its model.
-      site, design: equivalent loads at 1 Hz of the lifetime [N, N m].
-      ratio: of the two.
-      low, high: ends of the interval of 90 % from the number and scatter of the runs.
+      load: model of the load.
+      site, design: equivalent loads at 1 Hz of the lifetime [N, N m], and their ``ratio``.
+      low, high: ends of the 90 % interval of the ratio, from the number and scatter of the runs.
     """
 
     load: LoadModel
@@ -209,9 +201,9 @@ class Suitability:
     """Margins of all loads at a site.
 
     Attributes:
-      site, design: conditions that are compared.
-      margins: by load.
-      outside: by variable, share of the site's time in production in which it takes the nearest bound.
+      site, design: conditions of the site and of the design.
+      margins: margins of the loads.
+      outside: share of the time in production in which a variable takes the nearest bound, by variable.
     """
 
     site: SiteTable
@@ -222,33 +214,39 @@ class Suitability:
     @property
     def verdict(self) -> str:
         """``suitable`` (all loads are below those of the design), ``not suitable`` (one is above) or ``undecided``."""
-        found = [margin.verdict for margin in self.margins]
-        return "not suitable" if "no" in found else "undecided" if "undecided" in found or self.outside else "suitable"
+        verdicts = [margin.verdict for margin in self.margins]
+        return (
+            "not suitable"
+            if "no" in verdicts
+            else "undecided"
+            if "undecided" in verdicts or self.outside
+            else "suitable"
+        )
 
 
 def site_suitability(surrogate: Surrogate, site: SiteTable, design: SiteTable) -> Suitability:
     """Compare lifetime loads of a site with those of the design conditions (LS-8, LS-14).
 
     Args:
-      surrogate: of the turbine.
-      site: conditions there.
-      design: conditions that the turbine is designed for, such as ``class_table("IB")``.
+      surrogate: surrogate of the turbine.
+      site: conditions of the site.
+      design: design conditions of the turbine, such as ``class_table("IB")``.
     """
     margins, outside = [], dict[str, float]()
-    found = _by_slope(surrogate, (site, design))
+    conditions = _by_slope(surrogate, (site, design))
     for model in surrogate.loads.values():
-        (p, germ, beyond), (q, reference, _) = found[model.slope]
+        (p, germ, beyond), (q, reference, _) = conditions[model.slope]
         outside |= {name: max(share, outside.get(name, 0.0)) for name, share in beyond.items()}
-        here, there = model.lifetime(p, germ), model.lifetime(q, reference)
-        ratio, wide = here[0] / there[0], BAND * float(np.log(here / there)[1:].std())
-        margins.append(Margin(model, here[0], there[0], ratio * np.exp(-wide), ratio * np.exp(wide)))
+        at_site, of_design = model.lifetime(p, germ), model.lifetime(q, reference)
+        ratio, wide = at_site[0] / of_design[0], BAND * float(np.log(at_site / of_design)[1:].std())
+        margins.append(Margin(model, at_site[0], of_design[0], ratio * np.exp(-wide), ratio * np.exp(wide)))
     return Suitability(site, design, tuple(margins), outside)
 
 
 def _by_slope(
     surrogate: Surrogate, tables: Sequence[SiteTable]
 ) -> dict[float, list[tuple[Float, Float, dict[str, float]]]]:
-    """Conditions of the sites for each slope of the loads: neighbours make them depend on it."""
+    """Conditions of the sites for each slope of the loads, on which the effective turbulence of neighbours depends."""
     slopes = {each.slope for each in surrogate.loads.values()}
     return {slope: [_clipped(surrogate, table, slope) for table in tables] for slope in slopes}
 
@@ -266,8 +264,8 @@ def _clipped(surrogate: Surrogate, table: SiteTable, slope: float) -> tuple[Floa
 
 def lifetime_loads(surrogate: Surrogate, tables: Sequence[SiteTable]) -> dict[str, list[float]]:
     """Equivalent loads at 1 Hz of the lifetime by load, one for each site."""
-    found = _by_slope(surrogate, tables)
+    conditions = _by_slope(surrogate, tables)
     return {
-        name: [float(each.lifetime(p, g, 1)[0]) for p, g, _ in found[each.slope]]
+        name: [float(each.lifetime(p, g, 1)[0]) for p, g, _ in conditions[each.slope]]
         for name, each in surrogate.loads.items()
     }

@@ -1,8 +1,8 @@
 """Space of the site variables of a load surrogate, with bounds that depend on the wind speed.
 
-A bound is a polynomial in 1/U between two limits, U being the mean wind speed. The germ has the values of all variables
-between their bounds from -1 to 1. Equations LS-1 to LS-3 of ``docs/theory/surrogate.md``, which has the source of the
-bounds.
+A bound is a polynomial in 1/U between two limits, where U is the mean wind speed. The germ has the values of all
+variables, scaled from -1 to 1 between their bounds. Equations LS-1 to LS-3 of ``docs/theory/surrogate.md``, which has
+the source of the bounds.
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ UNITS = {
 USUAL = tuple(UNITS)[:-1]
 """Default variables of a surrogate."""
 REFERENCE_SPEED = 25.0
-"""[m/s] of the bounds of the shear exponent."""
+"""Reference wind speed [m/s] of the bounds of the shear exponent."""
 
 
 @dataclass(frozen=True)
-class Variable:
+class SiteVariable:
     """A variable and its bounds.
 
     Attributes:
-      name: such as ``shear_exponent``.
+      name: name such as ``shear_exponent``.
       lower, upper: coefficients of 1, 1/U, 1/U^2 ... of the bounds.
       least, most: limits of both bounds.
     """
@@ -61,7 +61,7 @@ class Variable:
 class Space:
     """Variables of a surrogate; the first one is the mean wind speed."""
 
-    variables: tuple[Variable, ...]
+    variables: tuple[SiteVariable, ...]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -73,7 +73,7 @@ class Space:
         return self.variables[0].lower[0], self.variables[0].upper[0]
 
     def bounds(self, speed: ArrayLike) -> tuple[Float, Float]:
-        """Lower and upper bounds (n, d) at wind speeds (n,) [m/s]; those of the least or largest one beyond them."""
+        """Lower and upper bounds (n, d) at wind speeds (n,) [m/s]; constant beyond the least and largest speed."""
         at = np.clip(speed, *self.ends)
         pairs = [variable.bounds(at) for variable in self.variables]
         return np.column_stack([low for low, _ in pairs]), np.column_stack([high for _, high in pairs])
@@ -103,25 +103,25 @@ def site_space(
     """Space of site variables of a turbine.
 
     Args:
-      hub_height, rotor_radius: [m].
-      cut_in, cut_out: [m/s].
-      rated_power: [W].
+      hub_height, rotor_radius: [m] hub height and rotor radius.
+      cut_in, cut_out: [m/s] cut-in and cut-out wind speed.
+      rated_power: [W] rated power.
       variables: names; ``speed`` is always the first.
       bounds: constant bounds by name, in place of the usual ones.
 
     Raises:
-      InputError: there is no such variable, or bounds do not ascend or are those of no variable.
+      InputError: there is no such variable, or bounds do not ascend or belong to no variable.
     """
     power = 0.4 * (rotor_radius / hub_height) * REFERENCE_SPEED
     shear = 0.23 * (1.0 - (0.4 * log(rotor_radius / hub_height)) ** 2) * REFERENCE_SPEED
     usual = (
-        Variable(SPEED, (cut_in,), (cut_out,)),
-        Variable("turbulence_intensity", (0.025,), (0.135, 1.224, 0.0, 54.0), 0.0, 0.5),
-        Variable("shear_exponent", (0.15, -shear), (0.22, power), -0.3, 0.8),
-        Variable("air_density", (1.0,), (1.35,)),
-        Variable("inclination", (-radians(10.0),), (radians(10.0),)),
-        Variable("yaw_error", (-radians(10.0),), (radians(10.0),)),
-        Variable("power_reference", (0.4 * rated_power,), (rated_power,)),
+        SiteVariable(SPEED, (cut_in,), (cut_out,)),
+        SiteVariable("turbulence_intensity", (0.025,), (0.135, 1.224, 0.0, 54.0), 0.0, 0.5),
+        SiteVariable("shear_exponent", (0.15, -shear), (0.22, power), -0.3, 0.8),
+        SiteVariable("air_density", (1.0,), (1.35,)),
+        SiteVariable("inclination", (-radians(10.0),), (radians(10.0),)),
+        SiteVariable("yaw_error", (-radians(10.0),), (radians(10.0),)),
+        SiteVariable("power_reference", (0.4 * rated_power,), (rated_power,)),
     )
     given = dict(bounds or {})
     for name in [*variables, *given]:
@@ -133,18 +133,17 @@ def site_space(
             raise InputError(f"bounds: {name} is not among the variables {', '.join(chosen)}")
         if not low < high:
             raise InputError(f"bounds of {name}: {low:g} and {high:g} must ascend")
-    own = {name: Variable(name, (float(low),), (float(high),)) for name, (low, high) in given.items()}
-    return Space(tuple(own.get(v.name, v) for v in usual if v.name in chosen))
+    replaced = {name: SiteVariable(name, (float(low),), (float(high),)) for name, (low, high) in given.items()}
+    return Space(tuple(replaced.get(v.name, v) for v in usual if v.name in chosen))
 
 
 def space_filling(dimensions: int, n: int, method: str = "sobol", *, seed: int = 1) -> Float:
     """Germs (n, d) that fill the cube.
 
     Args:
-      dimensions: d.
+      dimensions: number d of dimensions.
       n: number of points.
       method: "sobol" (scrambled; more points continue the sequence) or "latin" (hypercube).
-      seed: of the scrambling or permutations.
 
     Raises:
       InputError: there is no such method, or ``n`` is not positive.

@@ -11,15 +11,18 @@ from numpy.typing import NDArray
 
 from meltemi.control_laws.filters import response
 from meltemi.controllers.tuning import margins
-from meltemi.papers.he2018.designs import ADDED, DECAY, LOST, SLOW
-from meltemi.papers.he2018.measures import change, edgewise, likelihood, percent
+from meltemi.papers.he2018.measures import change, edgewise, likelihood, percent, sentence
 from meltemi.papers.he2018.runs import (
+    ADDED,
     ALL_SPEEDS,
     CLASS_B,
+    DECAY,
+    LOST,
     PAPER,
     PARTS,
     PREVIEWS,
     RIVALS,
+    SLOW,
     SPEED,
     TRAVEL,
     LoadControlRuns,
@@ -85,33 +88,15 @@ def best(runs: LoadControlRuns, reading: str) -> Table:
     return replace(table, note=f"{table.note} {limit}")
 
 
-LIDAR = (
-    "The preview is ideal where nothing else is said: the wind averaged over the rotor, known 1.1 s ahead (4.1 s at "
-    f"{SLOW:g} rad/s). Its errors have assumed sizes: 4 beams at 0.7 of the radius; a coherence of exp(-{DECAY:g} s f) "
-    f"between the wind measured and the wind at the rotor; {100 * LOST:.0f} % of the seconds lost, in which the last "
-    "value is held. Four beams see eddies smaller than the rotor; the slow filter is for them."
-)
-DIVISION = (
-    "The paper divides the load by frequency: 1P to the pitch, 2P to the flaps. In ours the coordinates of each "
-    "harmonic and the integrators divide it, not the filters, which are as wide as actuator and turbine are slow, and "
-    "overlap: both loops act on the same tones, and share their margins. That costs a part of the gains, which are "
-    "lowered together. Flaps beside a pitch loop that stays as it is leave less margin. What can make them unstable is "
-    "the first edgewise mode, at 1.1 Hz, not the overlap: with the same filters and integral gains it takes "
-    "proportional parts that take back the whole delay of the filters. Narrow filters separate the loops further, and "
-    "delay them."
-)
+LIDAR, DIVISION = sentence("lidar", slow=SLOW, decay=DECAY, lost=100 * LOST), sentence("division")
 
 
 def not_detuned(runs: LoadControlRuns) -> str:
-    """Table of CPFC as in the paper, flaps added to an unchanged IPC, and the effort."""
+    """Text on CPFC as in the paper: flaps added to an unchanged IPC."""
     b, c = runs.bench, runs.readings[CLASS_B]
-    margin = {s: margins(b.linear, b.loops(s), sample_time=default_step(b.model))[1] for s in ("cpfc", ADDED)}
+    margin, tuned = (margins(b.linear, b.loops(s), sample_time=default_step(b.model))[1] for s in (ADDED, "cpfc"))
     std, load, plane = (percent(change(c, name, ADDED)) for name in ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL"))
-    return (
-        f"The paper adds flaps to an IPC that stays as it is. Ours so ({ADDED!r}) changes the standard deviation of "
-        f"RootMyc1 by {std} and its equivalent load by {load}, with a gain margin of {margin[ADDED]:.1f} where CPFC "
-        f"has {margin['cpfc']:.1f}; in plane the equivalent load changes by {plane}."
-    )
+    return sentence("not detuned", added=ADDED, std=std, load=load, margin=margin, tuned=tuned, plane=plane)
 
 
 def division(runs: LoadControlRuns, *, edge: bool = True) -> Table:
@@ -126,19 +111,19 @@ def division(runs: LoadControlRuns, *, edge: bool = True) -> Table:
     rows = []
     for scheme in ("cpc", "ipc", "cpfc", *b.designs):
         loops = b.loops(scheme)
-        passed, reserve = "", ""
-        if loops:
-            gains = [
-                abs(response("band_pass", (3 - loop.harmonic) * speed, loop.harmonic * speed, loop.filter_damping, dt))
-                for loop in loops
-            ]
-            passed = ", ".join(f"{gain:.2f}" for gain in gains)
-            phase, gain = margins(b.linear, loops, sample_time=dt)
-            reserve = f"{gain:.1f}, {np.degrees(phase):.0f}" if gain > 1.0 else "unstable"
-        words = [percent(change(c, name, scheme)) for name in ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL")]
         mode = [f"{edgewise(c, scheme) * 1e-3:.0f}"] if edge else []
-        travel = (f"{duty(c, name, scheme):.2f}" for name in ("pitch travel", "flap travel"))
-        rows.append([scheme, passed, reserve, *(words if loops else [""] * 3), *mode, *travel])
+        travel = [f"{duty(c, name, scheme):.2f}" for name in ("pitch travel", "flap travel")]
+        if not loops:
+            rows.append([scheme, *[""] * 5, *mode, *travel])
+            continue
+        gains = [
+            abs(response("band_pass", (3 - loop.harmonic) * speed, loop.harmonic * speed, loop.filter_damping, dt))
+            for loop in loops
+        ]
+        phase, gain = margins(b.linear, loops, sample_time=dt)
+        margin = f"{gain:.1f}, {np.degrees(phase):.0f}" if gain > 1.0 else "unstable"
+        words = [percent(change(c, name, scheme)) for name in ("RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL")]
+        rows.append([scheme, ", ".join(f"{x:.2f}" for x in gains), margin, *words, *mode, *travel])
     head = ["design", "1P filter at 2P,\n2P filter at 1P", "gain margin, phase\nmargin deg"]
     head += ["RootMyc1 std", "RootMyc1 DEL", "RootMxc1 DEL", *(["RootMxc1 std\n0.95 to 1.3 Hz\nkN m"] if edge else [])]
     head += ["pitch travel\ndeg/s", "flap travel\ndeg/s"]
@@ -154,21 +139,10 @@ def equal_travel(runs: LoadControlRuns) -> Table:
         fits = "yes" if travel <= allowed else "no"
         share = f"{100.0 * (other / load - 1.0):+.1f} %"
         rows.append([name, number(other * 1e-3), share, f"{np.degrees(travel):.2f}", "" if name == "cpfc" else fits])
-    head = [
-        "flap loops beside IPC",
-        "RootMyc1 DEL\nkN m",
-        "change\nagainst CPFC",
-        "flap travel\ndeg/s",
-        "no more travel",
-    ]
-    chosen = " and ".join(f"{100 * s:.0f} %" for s in runs.shares)
-    return Table(
-        head,
-        rows,
-        "Flap loops at 1P and 2P with shares of their gains",
-        note=f"Chosen, as the least load at no more flap travel than CPFC: {chosen} of the gains at 1P and 2P. It is "
-        f"judged in other winds as {TRAVEL!r}.",
-    )
+    head = ["flap loops beside IPC", "RootMyc1 DEL\nkN m", "change\nagainst CPFC", "flap travel\ndeg/s"]
+    head += ["no more travel"]
+    note = sentence("travel", chosen=" and ".join(f"{100 * s:.0f} %" for s in runs.shares), name=TRAVEL)
+    return Table(head, rows, "Flap loops at 1P and 2P with shares of their gains", note=note)
 
 
 def below_rated(runs: LoadControlRuns) -> Table:
@@ -220,12 +194,8 @@ def lifetime(runs: LoadControlRuns) -> Table:
     for name in LOADS:
         head += [f"{name}\nkN m", "change"]
     head += ["energy\nchange", "pitch travel\ndeg/s", "flap travel\ndeg/s", "more pitch travel\nper % of RootMyc1 DEL"]
-    return Table(
-        head,
-        rows,
-        f"Lifetime in class II (Rayleigh, {MEAN_WIND:g} m/s) from {', '.join(f'{u:g}' for u in speeds)} m/s",
-        note="Loads: damages summed over wind speeds and seeds. Travel and energy: means over the distribution.",
-    )
+    caption = f"Lifetime in class II (Rayleigh, {MEAN_WIND:g} m/s) from {', '.join(f'{u:g}' for u in speeds)} m/s"
+    return Table(head, rows, caption, note=sentence("lifetime"))
 
 
 def lifetime_load(runs: LoadControlRuns, scheme: str, name: str) -> float:
@@ -262,12 +232,8 @@ def winds(runs: LoadControlRuns) -> Table:
     ]
     head = ["wind or model", "CPC std\nkN m", "IPC std\n(-47.9 %)", "CPFC std\n(-55.3 %)", "IPC DEL\n(-42.2 %)"]
     head += ["CPFC DEL\n(-53.7 %)", "ceiling 1P\nstd", "ceiling 1P, 2P\nstd", "probability"]
-    note = (
-        "Probability: of a minute as far from the mean of all minutes as the paper's, in its eight changes of standard "
-        "deviations and equivalent loads together (Hotelling's test)."
-    )
     caption = f"RootMyc1 at {SPEED:g} m/s in other winds; the paper's figures in parentheses"
-    return Table(head, rows, caption, note=note)
+    return Table(head, rows, caption, note=sentence("probability"))
 
 
 def lifetime_words(runs: LoadControlRuns) -> str:
@@ -275,11 +241,8 @@ def lifetime_words(runs: LoadControlRuns) -> str:
     loads = {s: lifetime_load(runs, s, "RootMyc1 DEL") for s in ALL_SPEEDS}
     saved = {s: 100.0 * (1.0 - loads[s] / loads["cpc"]) for s in ALL_SPEEDS}
     travel = {s: lifetime_mean(runs, s, "pitch travel") for s in ALL_SPEEDS}
-    return (
-        f"Over a lifetime IPC takes {saved['ipc']:.1f} % of the equivalent root moment for "
-        f"{travel['ipc'] / travel['cpc']:.1f} times the pitch travel, CPFC {saved['cpfc']:.1f} %, 2P individual pitch "
-        f"instead of flaps {saved['ipc2']:.1f} % at {travel['ipc2'] / travel['cpc']:.1f} times the travel."
-    )
+    one, two = (travel[s] / travel["cpc"] for s in ("ipc", "ipc2"))
+    return sentence("saved", **saved, one=one, two=two)
 
 
 def energy_words(runs: LoadControlRuns) -> str:
@@ -291,25 +254,14 @@ def energy_words(runs: LoadControlRuns) -> str:
 
 def findings_text(runs: LoadControlRuns) -> str:
     """Effects of the schemes on any turbine, without a recommendation."""
-    changes = [percent(change(runs.readings[CLASS_B], "RootMyc1 DEL", scheme)) for scheme in ("ipc2", "cpfc")]
-    return (
-        f"{lifetime_words(runs)} At {SPEED:g} m/s 2P pitch changes it by {changes[0]}, 2P flaps by {changes[1]}. "
-        f"Energy over a lifetime: {energy_words(runs)} less than with CPC."
-    )
+    pitch, flaps = (percent(change(runs.readings[CLASS_B], "RootMyc1 DEL", scheme)) for scheme in ("ipc2", "cpfc"))
+    numbers = {"lifetime": lifetime_words(runs), "energy": energy_words(runs)}
+    return sentence("findings", speed=SPEED, pitch=pitch, flaps=flaps, **numbers)
 
 
 def verdict(runs: LoadControlRuns) -> str:
     """Recommended scheme for the paper's turbine, from the results."""
     c = runs.readings[CLASS_B]
-    two = mean_interval(change(c, "RootMyc1 DEL", "ipc2"))
-    flaps = mean_interval(change(c, "RootMyc1 DEL", "cpfc"))
-    return (
-        f"{lifetime_words(runs)} At "
-        f"{SPEED:g} m/s 2P pitch ({two.mean:+.1f} %) and 2P flaps ({flaps.mean:+.1f} %) are equal in load. So on a "
-        "turbine whose pitch bearings can take the 1P travel at all, the first step is 1P individual pitch: most of "
-        "the gain, no new hardware. The second is preview of the wind, which relieves the tower and the speed and "
-        "costs no travel. 2P is worth a flap only where the flap is there already, since 2P by pitch gives the same "
-        "for more pitch travel and without a moving part in the blade. Flaps alone at 1P and 2P spare the pitch "
-        f"bearings altogether. All cost energy ({energy_words(runs)} over a lifetime), all of it below rated, where "
-        "there is little load to save: there the loops should fade out."
-    )
+    pitch, flaps = (mean_interval(change(c, "RootMyc1 DEL", scheme)).mean for scheme in ("ipc2", "cpfc"))
+    numbers = {"lifetime": lifetime_words(runs), "energy": energy_words(runs)}
+    return sentence("verdict", speed=SPEED, pitch=pitch, flaps=flaps, **numbers)

@@ -8,28 +8,47 @@ certain, so a claim has a verdict in each reading of both. ``claims.csv`` says w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import pi
 
 import numpy as np
 
-from meltemi.papers.claim import Claim, claim_group, rows_of
-from meltemi.papers.he2018.designs import ADDED
+from meltemi.papers.claim import Claim, claim_group, reasons_of, rows_of
 from meltemi.papers.he2018.measures import (
     PEAK_WIDTH,
     Float,
     above_neighbours,
     change,
+    edgewise,
     flap_slopes,
     harmonic_amplitude,
+    likelihood,
     minutes,
     percent,
+    sentence,
     share_at,
+    share_of_harmonics,
     thin_airfoil,
 )
-from meltemi.papers.he2018.runs import CLASS_B, FAST, FAST_MODEL, FULL, SPEED, THREE, LoadControlRuns
+from meltemi.papers.he2018.runs import (
+    ADDED,
+    CALM,
+    CLASS_B,
+    EDITION_2,
+    FAST,
+    FAST_MODEL,
+    FULL,
+    HALF,
+    LESS,
+    MODEL_PARTS,
+    SHORT,
+    SPEED,
+    THREE,
+    WHOLE_LEAD,
+    LoadControlRuns,
+)
 from meltemi.papers.verdict import (
     HOLDS,
     Judged,
@@ -44,6 +63,7 @@ from meltemi.papers.verdict import (
 )
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.spectra import spectral_peak
+from meltemi.reports.blocks import Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.simulation.rotors import build
 from meltemi.simulation.trim import operating_point
@@ -113,11 +133,11 @@ def claims(runs: LoadControlRuns, readings: Mapping[str, Comparison] | None = No
       runs: all of them.
       readings: the paper's schemes by name of the reading; those of the runs by default.
     """
-    found = []
+    lines = []
     for stated in rows_of("he2018", "claims.csv").values():
         judge = partial(_judged, runs, readings or runs.judged, stated)
-        found += claim_group(stated["item"], stated["where"], judge)
-    return found
+        lines += claim_group(stated["item"], stated["where"], judge)
+    return lines
 
 
 def not_detuned(readings: Mapping[str, Comparison]) -> dict[str, Comparison]:
@@ -131,12 +151,12 @@ def _judged(runs: LoadControlRuns, readings: Mapping[str, Comparison], stated: S
         finding = rule.of(runs, stated)
     else:
         finding = _over_readings({name: rule.of(c, stated) for name, c in readings.items()}, len(runs.setup.seeds))
-    found = judgement(unchecked(f"because {stated['why']}") if stated["why"] else finding.judged)
-    plain = found.outcome == "held" and stated["basis"] != "command"
+    judged = judgement(unchecked(f"because {stated['why']}") if stated["why"] else finding.judged)
+    plain = judged.outcome == "held" and stated["basis"] != "command"
     names = ("item", "paper", "where", "basis", "reason")
     words = {name: stated[name] for name in names} | ({"reason": ""} if plain else {})
     by_few, tolerance = finding.by_few, rule.tolerance
-    return [Claim(**words, ours=finding.ours, judgement=found, tolerance=tolerance, by_few=by_few)]  # type: ignore[arg-type]
+    return [Claim(**words, ours=finding.ours, judgement=judged, tolerance=tolerance, by_few=by_few)]  # type: ignore[arg-type]
 
 
 def _over_readings(findings: Mapping[str, Finding], seeds: int) -> Finding:
@@ -201,14 +221,14 @@ def _raised(c: Comparison, stated: Stated) -> Finding:
 
 
 def _feedforward(c: Comparison, stated: Stated) -> Finding:
-    found = {
+    changes = {
         "alone": change(c, stated["quantity"], "feedforward"),
         "beside the feedback": change(c, stated["quantity"], "ipc", base="feedback"),
     }
-    falls = [name for name, values in found.items() if mean_interval(values).high < 0.0]
+    falls = [name for name, values in changes.items() if mean_interval(values).high < 0.0]
     how = f"falls {falls[0]} only" if falls else "does not fall"
-    ours = ", ".join(f"{name} {percent(values)}" for name, values in found.items())
-    return Finding(ours, HOLDS if len(falls) == len(found) else differs(how))
+    ours = ", ".join(f"{name} {percent(values)}" for name, values in changes.items())
+    return Finding(ours, HOLDS if len(falls) == len(changes) else differs(how))
 
 
 def _beside(c: Comparison, stated: Stated) -> Finding:
@@ -310,3 +330,106 @@ RULES: Mapping[str, Rule | RuleOfRuns] = {
     "flap slope": RuleOfRuns(_flap, "none: a limit"),
 }
 """By the column ``kind`` of ``claims.csv``."""
+
+
+STATED_MYC = [rows_of("he2018", "claims.csv")[key] for key in ("1", "2", "24", "25")]
+"""Standard deviation and equivalent load of RootMyc1, by IPC and CPFC."""
+
+
+def reasons(runs: LoadControlRuns) -> dict[str, str]:
+    """Reasons for differences, by key, each with the experiment that shows it."""
+    c = runs.readings[CLASS_B]
+    calm, less = ({FAST: runs.study(f"{FAST}, {name}"), FULL: runs.study(name)} for name in (CALM, LESS))
+    loops = {scheme: runs.bench.loops(scheme)[0] for scheme in THREE[1:]}
+    parts = {**{name: runs.study(name) for name in MODEL_PARTS}, "with all three": runs.fast[CLASS_B]}
+    over = partial(change, quantity="RootMyc1 std", scheme="cpfc", base="ipc")
+    second = {name: x for name, x in runs.judged.items() if name.endswith(SHORT[EDITION_2])}
+    words = {
+        "shares": _each(runs.judged, lambda c: f"{share_of_harmonics(c):.0f} %"),
+        "asked": f"{100.0 * (1.0 - (1.0 - 0.553) ** 2):.0f}",
+        "less": _each(less, lambda c: ", ".join(_change_and_p(c, row) for row in STATED_MYC)),
+        "over": percent(over(c)),
+        "parts": ", ".join(
+            f"{with_interval(mean_interval(over(x) - over(c)), 1, '+')} percentage points {name}"
+            for name, x in parts.items()
+        ),
+        "second": _each(second, lambda c: f"{percent(over(c, quantity='RootMyc1 DEL'))} and {percent(over(c))}"),
+        "edge": _each({FAST: runs.fast[CLASS_B], FULL: c}, _edge),
+        "whole": percent(change(c, "RootMxc1 DEL", WHOLE_LEAD)),
+        "likely": _each(runs.judged, likelihood),
+        "factor": f"{loops['cpfc'].integral_gain / loops['ipc'].integral_gain:.2f}",
+        "half": _each(runs.judged, lambda c: percent(change(c, "RootMyc1 DEL", HALF))),
+        "calm": _each(calm, lambda c: _alone(c, "feedforward")),
+        "calm_half": _each(calm, lambda c: _alone(c, HALF)),
+    }
+    return {key: text.format(**words) for key, text in reasons_of("he2018").items()}
+
+
+def _each(comparisons: Mapping[str, Comparison], words: Callable[[Comparison], str]) -> str:
+    return "; ".join(f"{name}: {words(c)}" for name, c in comparisons.items())
+
+
+def _change_and_p(c: Comparison, stated: Stated) -> str:
+    x, within, _ = as_far(c, stated)
+    what = f"{stated['quantity'].split()[1]} {percent(scheme_change(c, stated))} by {stated['scheme'].upper()}"
+    return f"{what} ({within} of {len(x)} minutes as far)"
+
+
+def _edge(c: Comparison) -> str:
+    return ", ".join(f"{edgewise(c, scheme) * 1e-3:.0f} kN m with {scheme.upper()}" for scheme in THREE)
+
+
+def _alone(c: Comparison, scheme: str) -> str:
+    return percent(change(c, "RootMyc1 DEL", scheme))
+
+
+def counted(lines: Sequence[Claim]) -> list[Claim]:
+    """Claims that the paper states and that can be checked."""
+    return [c for c in lines if c.basis == "paper" and c.outcome != "unchecked"]
+
+
+def count_by_reading(lines: Sequence[Claim], readings: Sequence[str]) -> list[int]:
+    """Number of those that hold in each of the readings."""
+    verdicts = [c.judgement.in_readings(readings) for c in counted(lines)]
+    return [sum(v[k] == HOLDS for v in verdicts) for k in range(len(readings))]
+
+
+def verdicts_table(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> Table:
+    """Counts by reading, and the claims on which readings differ or that hold in none.
+
+    Args:
+      lines: all claims.
+      added: all claims with flaps added to an unchanged IPC.
+      readings: names.
+    """
+    whole = len(counted(lines))
+    rows = [
+        ["hold", *(f"{k} of {whole}" for k in count_by_reading(lines, readings))],
+        [
+            "hold, flaps beside an IPC that stays as it is",
+            *(f"{k} of {whole}" for k in count_by_reading(added, readings)),
+        ],
+        *(
+            [c.item, *(v.text for v in c.judgement.in_readings(readings))]
+            for c in counted(lines)
+            if c.outcome != "held"
+        ),
+    ]
+    note = "All other claims that can be checked hold in every reading."
+    return Table(["claim", *readings], rows, "Verdicts by model and wind", text_columns=len(readings) + 1, note=note)
+
+
+def counts_words(lines: Sequence[Claim], added: Sequence[Claim], readings: Sequence[str]) -> str:
+    """Sentences on the counts."""
+    checked = counted(lines)
+    whole, unchecked = len(checked), sum(c.outcome == "unchecked" for c in lines if c.basis == "paper")
+    if any(v.outcome == "unjudged" for c in checked for _, v in c.judgement.verdicts):
+        return f"The {whole} claims of the paper that can be checked are not all judged by these runs."
+    verdicts = [c.judgement.in_readings(readings) for c in checked]
+    every = sum(all(v == HOLDS for v in each) for each in verdicts)
+    none = sum(all(v != HOLDS for v in each) for each in verdicts)
+    few = sum(c.by_few for c in checked)
+    each = ", ".join(f"{k} with {name}" for k, name in zip(count_by_reading(lines, readings), readings, strict=True))
+    other = ", ".join(map(str, count_by_reading(added, readings)))
+    numbers = {"whole": whole, "every": every, "some": whole - every - none, "none": none, "unchecked": unchecked}
+    return sentence("counts", each=each, other=other, few=few, **numbers)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import f
 
-from meltemi.papers.claim import rows_of
+from meltemi.papers.claim import rows_of, sentences_of
 from meltemi.papers.he2018.runs import PAPER
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.spectra import decibels, spectral_peak
@@ -19,7 +19,7 @@ from meltemi.tuning.compare import WHOLE, Comparison
 from meltemi.turbine.flaps import naca64618_flap
 
 Float = NDArray[np.float64]
-
+sentence = sentences_of("he2018")
 PEAK_WIDTH = 0.04
 """[Hz] half-width in which a peak is sought: twice the resolution of the spectra."""
 EDGEWISE = (0.95, 1.3)

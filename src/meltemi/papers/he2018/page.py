@@ -11,15 +11,13 @@ import numpy as np
 from meltemi.controllers.names import SCHEMES
 from meltemi.papers.claim import Claim, brief, claims_table, reason_lines
 from meltemi.papers.he2018 import beyond, search
-from meltemi.papers.he2018.claims import claims, not_detuned
+from meltemi.papers.he2018.claims import claims, counts_words, not_detuned, reasons, verdicts_table
 from meltemi.papers.he2018.figures import FIGURES, bode, over_speeds
-from meltemi.papers.he2018.measures import CEILINGS, change, likelihood, percent, reached
-from meltemi.papers.he2018.reasons import reasons
+from meltemi.papers.he2018.measures import CEILINGS, change, likelihood, percent, reached, sentence
 from meltemi.papers.he2018.runs import BEST, CLASS_B, PAPER, PREVIEWS, LoadControlRuns, run_all
-from meltemi.papers.he2018.verdicts import counts_words, verdicts_table
 from meltemi.papers.study import Contents, Draw, Study, applied, guarded_table, guarded_text
 from meltemi.papers.verdict import UNJUDGED
-from meltemi.reports.blocks import Block, Part, Section, Table
+from meltemi.reports.blocks import Block, Section, Subsection, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.tuning.compare import WHOLE
 from meltemi.tuning.run_store import guarded
@@ -51,21 +49,13 @@ def gains_table(runs: LoadControlRuns) -> Table:
     for name, scheme in SCHEMES.items():
         for tuning in runs.bench.tunings.get(scheme.loops, ()):
             loop, points = tuning.loop, tuning.points
-            rows.append(
-                [
-                    name,
-                    f"{loop.harmonic}P {loop.actuator}",
-                    f"{loop.integral_gain:.3e}",
-                    f"{loop.proportional_gain:.3e}",
-                    f"{np.degrees(loop.offset):.1f}",
-                    f"{loop.filter_damping:.2f}",
-                    f"{min(p.bandwidth for p in points):.2f} to {max(p.bandwidth for p in points):.2f}",
-                    f"{np.degrees(min(p.phase_margin for p in points)):.0f}",
-                    f"{min(p.gain_margin for p in points):.1f}",
-                    f"{max(p.sensitivity for p in points):.2f}",
-                    f"{tuning.factor:.2f}",
-                ]
-            )
+            gains = [f"{loop.integral_gain:.3e}", f"{loop.proportional_gain:.3e}"]
+            shape = [f"{np.degrees(loop.offset):.1f}", f"{loop.filter_damping:.2f}"]
+            bandwidth = f"{min(p.bandwidth for p in points):.2f} to {max(p.bandwidth for p in points):.2f}"
+            phase, gain = min(p.phase_margin for p in points), min(p.gain_margin for p in points)
+            margins = [f"{np.degrees(phase):.0f}", f"{gain:.1f}", f"{max(p.sensitivity for p in points):.2f}"]
+            where = [name, f"{loop.harmonic}P {loop.actuator}"]
+            rows.append([*where, *gains, *shape, bandwidth, *margins, f"{tuning.factor:.2f}"])
     head = ["scheme", "loop", "k_I\nrad/(N m s)", "k_P\nrad/(N m)", "offset\ndeg", "filter\ndamping"]
     head += ["bandwidth\nrad/s", "phase margin\ndeg", "gain margin", "largest\n1/|1+L|", "factor"]
     note = "Margins over all frequencies up to half the sampling rate, smallest of all operating points."
@@ -82,21 +72,18 @@ def _lead(runs: LoadControlRuns, lines: list[Claim], beside: list[Claim]) -> str
     def std(scheme: str) -> str:
         return ", ".join(percent(change(c, "RootMyc1 std", scheme)) for c in runs.judged.values())
 
-    return (
-        f"{counts_words(lines, beside, list(runs.judged))} In the same order IPC changes the standard deviation of the "
-        f"root moment by {std('ipc')} and CPFC by {std('cpfc')}; the paper has -47.9 and -55.3 % in one minute. The "
-        "probability of its eight changes together as one more minute of ours is "
-        f"{', '.join(likelihood(c) for c in runs.judged.values())}. {wind}With the full model in the class's wind IPC "
-        f"reaches {share['ipc']} of an ideal removal of 1P, CPFC {share['cpfc']} of one of 1P and 2P. An ideal "
-        f"preview of the wind gives CPFC {ideal}; with the errors of a lidar {worst}, and at the tower base {tower} in "
-        "the equivalent load."
-    )
+    numbers = {"ipc": std("ipc"), "cpfc": std("cpfc"), "ipc_share": share["ipc"], "cpfc_share": share["cpfc"]}
+    numbers |= {"counts": counts_words(lines, beside, list(runs.judged)), "wind": wind}
+    probabilities = ", ".join(likelihood(c) for c in runs.judged.values())
+    return sentence("lead", probabilities=probabilities, ideal=ideal, worst=worst, tower=tower, **numbers)
 
 
 def _chapters(runs: LoadControlRuns, draw: Draw, *, paper: bool) -> dict[str, Section]:
     """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
     divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
-    built = Part("Which scheme we would build", [guarded_text(partial(beyond.verdict, runs), "Which scheme to build")])
+    built = Subsection(
+        "Which scheme we would build", [guarded_text(partial(beyond.verdict, runs), "Which scheme to build")]
+    )
     not_detuned = guarded_text(partial(beyond.not_detuned, runs), "CPFC that is not detuned")
     wanted: dict[str, tuple[str, list[Callable[[LoadControlRuns], Table]]]] = {
         "ceilings": ("How much was there to gain", [ceiling_table]),
@@ -142,11 +129,7 @@ def contents(runs: LoadControlRuns, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
     lines = claims(runs)
     beside = guarded(lambda: claims(runs, not_detuned(runs.judged)), lambda why: [])
-    words = (
-        f"Changes against CPC, means over {len(runs.setup.seeds)} seeds with 95 % intervals; verdicts in this order of "
-        f"readings: {', '.join(runs.judged)}. The paper's numbers are those of one minute of one seed: p is the "
-        'two-sided share of our single minutes that lie as far, "by few" at most three of them.'
-    )
+    words = sentence("claims", seeds=len(runs.setup.seeds), readings=", ".join(runs.judged))
 
     def verdicts() -> Table:
         return guarded_table("Verdicts by model and wind", lambda: verdicts_table(lines, beside, list(runs.judged)))

@@ -16,7 +16,7 @@ from meltemi.bladed_controllers.controller import BladedController
 from meltemi.bladed_controllers.rosco import edit_discon, find_rosco, rosco_example
 from meltemi.control.controller import Controller
 from meltemi.controllers.names import SCHEMES
-from meltemi.papers.he2018.measures import change, percent
+from meltemi.papers.he2018.measures import change, percent, sentence
 from meltemi.papers.he2018.runs import (
     CLASS_B,
     PAPER,
@@ -161,18 +161,12 @@ def findings(comparison: RoscoComparison) -> list[str]:
 
         ahead = {s: int(np.sum(reduction("ipc") < reduction(s))) for s in ("ROSCO 1P", "ROSCO 1P, led")}
         mean = {s: f"{reduction(s).mean():+.1f} %" for s in (*OURS[1:], *ahead)}
-        n = len(c.winds)
         speed_std, tower = (
             f"{c.values(q, ROSCO_BASE).mean() / c.values(q, BASE).mean() * 100.0 - 100.0:+.0f}"
             for q in ("rotor speed std", "TwrBsMyt DEL")
         )
-        lines.append(
-            f"{plant[0].upper()}{plant[1:]}: IPC changes the DEL of RootMyc1 by {mean['ipc']}, with 2P pitch "
-            f"{mean['ipc2']}, CPFC {mean['cpfc']}; ROSCO's 1P {mean['ROSCO 1P']}, led {mean['ROSCO 1P, led']}. "
-            f"IPC is ahead of ROSCO's 1P in {ahead['ROSCO 1P']} of {n} seeds, of the led one in "
-            f"{ahead['ROSCO 1P, led']}. ROSCO's collective pitch changes the std of the rotor speed by {speed_std} % "
-            f"and the DEL of TwrBsMyt by {tower} % against ours."
-        )
+        numbers = {"n": len(c.winds), "speed": speed_std, "tower": tower}
+        lines.append(sentence("rosco", plant=f"{plant[0].upper()}{plant[1:]}", mean=mean, ahead=ahead, **numbers))
     return lines
 
 

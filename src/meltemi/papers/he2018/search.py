@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from meltemi.papers.he2018.measures import PAPER_CHANGES, in_minutes
+from meltemi.papers.he2018.measures import PAPER_CHANGES, in_minutes, sentence
 from meltemi.papers.he2018.runs import CLASS_B, GRID, READ_AS, LoadControlRuns
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import new_figure, panel
@@ -44,16 +44,11 @@ def estimate(runs: LoadControlRuns) -> WindEstimate:
 
 def wind_estimate_text(e: WindEstimate) -> str:
     """Text on the estimate."""
-    (best, low, high), (s, short, long) = e.interval(0), e.interval(1)
+    (best, low, high), (s, short, long) = [100.0 * x for x in e.interval(0)], e.interval(1)
     readings = ", ".join(f"{100 * e.ratio(*wind):.2g} % ({name})" for name, wind in READ_AS.items())
     intensities, lengths = (f"{x[0]:g} to {x[-1]:g}" for x in (100.0 * INTENSITIES, LENGTHS))
-    return (
-        f"The paper's changes are most likely in an intensity of {100 * best:.1f} % (95 % interval {100 * low:.1f} to "
-        f"{100 * high:.1f} %, searched {intensities} %) and lengths {s:.2f} times those of edition 3 ({short:.2f} to "
-        f"{long:.2f}, searched {lengths}). There the probability of a minute as far from the mean is "
-        f"{e.probability:.2f}. Of this likelihood the wind as we read it has {readings}. "
-        "Turbine and loops are ours: where the paper's differ, it counts as a difference of wind."
-    )
+    numbers = {"best": best, "low": low, "high": high, "intensities": intensities, "probability": e.probability}
+    return sentence("wind", s=s, short=short, long=long, lengths=lengths, readings=readings, **numbers)
 
 
 def intensity_text(e: WindEstimate) -> str:
@@ -66,16 +61,10 @@ def search_table(runs: LoadControlRuns) -> Table:
     """Table of the paper's changes, those of the most likely wind and of the nearest minute."""
     e = estimate(runs)
     percent = [100.0 * np.expm1(x) for x in (e.mean, e.mean - e.scatter, e.mean + e.scatter, e.nearest_changes)]
-    rows = [
-        [
-            f"{quantity}, {scheme.upper()}",
-            f"{paper:+.1f} %",
-            f"{mean:+.1f} %",
-            f"{low:+.1f} to {high:+.1f} %",
-            f"{minute:+.1f} %",
-        ]
-        for (quantity, scheme, paper), mean, low, high, minute in zip(PAPER_CHANGES, *percent, strict=True)
-    ]
+    rows = []
+    for (quantity, scheme, paper), mean, low, high, minute in zip(PAPER_CHANGES, *percent, strict=True):
+        numbers = [f"{paper:+.1f} %", f"{mean:+.1f} %", f"{low:+.1f} to {high:+.1f} %", f"{minute:+.1f} %"]
+        rows.append([f"{quantity}, {scheme.upper()}", *numbers])
     name, seed, begin = e.nearest
     head = ["change", "paper", "most likely wind", "68 % of its minutes", "nearest minute"]
     note = f"Nearest of all minutes: {name}, seed {seed}, {begin:g} to {begin + 60.0:g} s."

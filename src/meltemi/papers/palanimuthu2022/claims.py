@@ -12,8 +12,7 @@ from meltemi.environment.rain import Rain, driest_speed, wetness
 from meltemi.environment.site import STANDARD
 from meltemi.papers.claim import Claim, claim_group, listed, reasons_of
 from meltemi.papers.palanimuthu2022 import paper
-from meltemi.papers.palanimuthu2022.figures.rain import HALF
-from meltemi.papers.palanimuthu2022.figures.rain_power import STORM, loss
+from meltemi.papers.palanimuthu2022.figures.rain import HALF, STORM, loss
 from meltemi.papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
 from meltemi.papers.palanimuthu2022.paper import claim
 from meltemi.papers.palanimuthu2022.runs import HUMID

@@ -9,7 +9,7 @@ from meltemi.environment.site import STANDARD
 from meltemi.papers.claim import Claim, listed
 from meltemi.papers.palanimuthu2022 import paper
 from meltemi.papers.palanimuthu2022.machine import CALIBRATED, FORMULA, density, rotor
-from meltemi.papers.palanimuthu2022.paper import claim
+from meltemi.papers.palanimuthu2022.paper import claim, sentence
 from meltemi.papers.palanimuthu2022.runs import (
     HUMID,
     INTERVAL,
@@ -42,11 +42,11 @@ def mean_gains(steps: Steps, channel: str = "aerodynamic_power") -> Float:
 def kinetic_gains(steps: Steps) -> Float:
     """(levels,) [W] part of the gain of generator power from kinetic energy of the rotor."""
     ends = steps.lead + INTERVAL * np.arange(len(steps.levels) + 1)
-    given = {}
+    delivered = {}
     for case in ("i", "ii"):
         result = steps.results[case]
-        given[case] = -np.diff(0.5 * steps.inertia * np.interp(ends, result.time, result["rotor_speed"]) ** 2)
-    return np.asarray((given["ii"] - given["i"]) / INTERVAL)
+        delivered[case] = -np.diff(0.5 * steps.inertia * np.interp(ends, result.time, result["rotor_speed"]) ** 2)
+    return np.asarray((delivered["ii"] - delivered["i"]) / INTERVAL)
 
 
 def closed_gains(steps: Steps) -> Float:
@@ -115,9 +115,8 @@ def gain_claims(won: dict[Reading, Float]) -> list[Claim]:
     ratio_text = "; ".join(f"{most[j]:.3f} at most with {j:.4g} kg m², in dry air" for j in inertias)
     if needed:
         (least, first), (largest, last) = needed[0], needed[-1]
-        ratio_text += (
-            f"; with {SMALL:.4g} it is {RATIO} at {100 * least:.0f} % ({first}) to {100 * largest:.0f} % ({last})"
-        )
+        ends = f"{100 * least:.0f} % ({first}) to {100 * largest:.0f} % ({last})"
+        ratio_text += f"; with {SMALL:.4g} it is {RATIO} at {ends}"
     verdicts = {f"{j:.4g} kg m²": most[j] >= RATIO - ROUNDED for j in inertias}
     ratio_claim = claim("gain ratio", by_reading(verdicts), ratios=ratio_text)
     return [claim("gain hot", gains=span(0)), claim("gain cold", gains=span(-1)), ratio_claim]
@@ -136,28 +135,15 @@ def curves_table(runs: PowerControlRuns) -> Table:
         cells = [text for x in pairs for text in ([f"{x[0]:.1f}", f"{x[1]:.1f}"] if x is not None else ["", ""])]
         ratios = ["" if x is None else f"{ratio_of(x):.3f}" for x in pairs]
         h = humidity_of_ratio(model)
-        gain_cells = (
-            [f"{100 * h:.0f}", *(f"{x * 1e-3:.1f}" for x in settled_pair(model, h))] if h == h else ["", "", ""]
-        )
+        settled = [f"{100 * h:.0f}", *(f"{x * 1e-3:.1f}" for x in settled_pair(model, h))] if h == h else [""] * 3
         name = f"{model}, fitted at {100 * humidity:g} %" if model == CALIBRATED else model
-        columns = [[*cells[2 * i : 2 * i + 2], ratios[i]] for i in range(3)]
-        rows.append(
-            [name, f"{rotor(model).curvature():.1f}", *(text for column in columns for text in column), *gain_cells]
-        )
+        columns = [text for i, x in enumerate(ratios) for text in (*cells[2 * i : 2 * i + 2], x)]
+        rows.append([name, f"{rotor(model).curvature():.1f}", *columns, *settled])
     rows.append(["paper", *[""] * 11, "58.2", "71.3"])
     head = ["C_p", "sharpness", *["40 °C", "-10 °C", "ratio"] * 3, "humidity [%]", "40 °C", "-10 °C"]
     groups = [("", 2), ("2.93e9 kg m², dry", 3), ("4.872e6 kg m², dry", 3)]
     groups += [("4.872e6 kg m², 40 %", 3), (f"settled, where the ratio is {RATIO}", 3)]
-    note = (
-        "kW of aerodynamic power of case ii against case i at 10 m/s, means over 100 to 200 and 600 to 700 s, from "
-        "40 °C on; settled: in closed form. Sharpness: curvature of C_p at its maximum, -C_p'' λ²/C_p. All curves have "
-        "the paper's maximum of 0.48 at 9.5085. M1 has the constants of the MathWorks block, Heier those of 1998; "
-        "Slootweg and constant speed are from Slootweg et al. (2003), Dai and De Kooning from Saint-Drenan et al. "
-        "(2020), Feng, Llano, Ahmed, sine and fifth degree from Carranza Castillo et al. (2023); M3 scaled is that of "
-        "the blades of a public 20 MW design, in which the controller finds its best point at 9.46; M2 is fitted to "
-        "the paper's two gains and judges nothing."
-    )
-    return Table(head, rows, "Gain of the adapted law by power coefficient and inertia", 1, groups, note)
+    return Table(head, rows, "Gain of the adapted law by power coefficient and inertia", 1, groups, sentence("curves"))
 
 
 def gains_table(runs: PowerControlRuns) -> Table:
@@ -175,8 +161,4 @@ def gains_table(runs: PowerControlRuns) -> Table:
     rows.append(["paper", "", "", "", "", "58.2", "71.3", f"{RATIO}", *[""] * 4])
     head = ["humidity [%]", "J [kg m²]", "power", *["40 °C", "-10 °C"] * 2, "ratio", *["40 °C", "-10 °C"] * 2]
     groups = [("", 3), ("settled", 2), ("mean, aerodynamic", 3), ("mean, electrical", 2), ("of it by the rotor", 2)]
-    note = (
-        "kW as above. While the heavy rotor of case i changes its speed it gives kinetic energy to the generator, or "
-        "takes it; the light one is settled within a second."
-    )
-    return Table(head, rows, "Gain of the adapted law with M1, by humidity and inertia", 3, groups, note)
+    return Table(head, rows, "Gain of the adapted law with M1, by humidity and inertia", 3, groups, sentence("gains"))

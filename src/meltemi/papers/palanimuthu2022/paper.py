@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from meltemi.papers.claim import claims_of
+from meltemi.papers.claim import claims_of, sentences_of
 
-claim = claims_of("palanimuthu2022")
+claim, sentence = claims_of("palanimuthu2022"), sentences_of("palanimuthu2022")
 RADIUS = 138.0
 """[m] Table 1."""
 TIP_SPEED_RATIO, POWER_COEFFICIENT = 9.5085, 0.48

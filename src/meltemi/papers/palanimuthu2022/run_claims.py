@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,7 +11,7 @@ from meltemi.papers.claim import Claim, claim_group, listed
 from meltemi.papers.palanimuthu2022 import paper
 from meltemi.papers.palanimuthu2022.figure6 import temperature_claims
 from meltemi.papers.palanimuthu2022.machine import BLADES, FORMULA, density, rotor
-from meltemi.papers.palanimuthu2022.paper import claim
+from meltemi.papers.palanimuthu2022.paper import claim, sentence
 from meltemi.papers.palanimuthu2022.runs import (
     AHEAD,
     COLD,
@@ -41,9 +43,9 @@ from meltemi.studies.power_schemes.coordination import (
 
 Float = NDArray[np.float64]
 ENOUGH = 9.6
-"""[m/s] from which a steady wind gives 15 MW."""
+"""[m/s] lowest steady wind speed at which the turbine delivers 15 MW."""
 WEAK_END = 55.0
-"""[s] until which the wind of the ramps is 9 m/s and the rotor settled."""
+"""[s] time until which the wind of the ramps is 9 m/s and the rotor settled."""
 MOVES = np.radians(0.01)
 """[rad/s] above which the pitch is moving."""
 
@@ -186,42 +188,39 @@ def bench_claims(bench: ProposalComparison) -> list[Claim]:
 
 def travel_change(runs: PowerControlRuns, inertia: float, scheme: str) -> MeanEstimate:
     """Change of the pitch travel of a scheme against A0 in the turbulent winds, with an inertia [kg m^2]."""
-    winds = [w for m, j, w, s in runs.limited if (m, j, s) == (BLADES, inertia, "A0") and w != RAMPS]
-    pairs = [(runs.limited[BLADES, inertia, w, scheme], runs.limited[BLADES, inertia, w, "A0"]) for w in winds]
-    return mean_interval([pitch_travel(a) / pitch_travel(b) - 1.0 for a, b in pairs])
+    results, base = (in_turbulence(runs, inertia, name) for name in (scheme, "A0"))
+    return mean_interval([pitch_travel(results[wind]) / pitch_travel(base[wind]) - 1.0 for wind in base])
+
+
+def in_turbulence(runs: PowerControlRuns, inertia: float, scheme: str) -> dict[str, Result]:
+    """Results of a scheme with limited power in the turbulent winds, by wind, with an inertia [kg m^2]."""
+    key = (BLADES, inertia, scheme)
+    return {w: r for (m, j, w, s), r in runs.limited.items() if (m, j, s) == key and w != RAMPS}
 
 
 def schemes_table(runs: PowerControlRuns) -> Table:
     """Table of Figure 21, over the turbulent winds."""
     rows = []
-    for inertia in runs.setup.inertias:
-        for scheme in (*SCHEMES, AHEAD):
-            results = [
-                judged(r)
-                for (m, j, w, s), r in runs.limited.items()
-                if (m, j, s) == (BLADES, inertia, scheme) and w != RAMPS
-            ]
-            if not results:
-                continue
-            full = [r["generator_power"][r["wind_x"] > ENOUGH] for r in results]
-            values = (
-                np.array([x.mean() for x in full]) * 1e-6,
-                np.array([x.std() for x in full]) * 1e-6,
-                np.array([pitch_travel(r) for r in results]),
-                100.0 * np.array([moving(r) for r in results]),
-                np.array([r["rotor_speed"].min() for r in results]),
-                np.array([r["rotor_speed"].max() for r in results]),
-            )
-            cells = [f"{v.mean():.{d}f}" for v, d in zip(values, (3, 3, 0, 0, 3, 3), strict=True)]
-            backwards = bool(min(float(r["rotor_speed"].min()) for r in results) < 0.0)
-            rows.append([f"{inertia:.4g}", f"{scheme}: no result, turns backwards" if backwards else scheme, *cells])
+    for inertia, scheme in product(runs.setup.inertias, (*SCHEMES, AHEAD)):
+        results = [judged(r) for r in in_turbulence(runs, inertia, scheme).values()]
+        if not results:
+            continue
+        full = [r["generator_power"][r["wind_x"] > ENOUGH] * 1e-6 for r in results]
+        speeds = [r["rotor_speed"] for r in results]
+        columns = (
+            ([x.mean() for x in full], 3),
+            ([x.std() for x in full], 3),
+            ([pitch_travel(r) for r in results], 0),
+            ([100.0 * moving(r) for r in results], 0),
+            ([x.min() for x in speeds], 3),
+            ([x.max() for x in speeds], 3),
+        )
+        cells = [f"{np.mean(values):.{digits}f}" for values, digits in columns]
+        backwards = min(float(x.min()) for x in speeds) < 0.0
+        rows.append([f"{inertia:.4g}", f"{scheme}: no result, turns backwards" if backwards else scheme, *cells])
     head = [
         *("J [kg m²]", "scheme", "mean power [MW]", "its std [MW]", "pitch travel [deg]", "pitch moves [% of time]"),
         *("lowest speed [rad/s]", "highest"),
     ]
-    note = (
-        f"Means over {len(runs.setup.seeds)} seeds of ten minutes at 11 m/s, 10 %, without the first {SETTLING:g} s; "
-        f"power where the wind is above {ENOUGH:g} m/s. M3, 15 °C. With 4.872e6 kg m² no scheme holds speed or power; "
-        "where the rotor even turns backwards, the row is no result."
-    )
+    note = sentence("schemes", seeds=len(runs.setup.seeds), settling=SETTLING, enough=ENOUGH)
     return Table(head, rows, "Figure 21: schemes of active power control at 15 MW", text_columns=2, note=note)

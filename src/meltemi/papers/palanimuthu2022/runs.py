@@ -271,12 +271,12 @@ def run_all(setup: PowerControlSetup, *, workers: int | None, progress: Progress
     steps = [case for reading in readings for case in temperature_cases(reading)]
     moist = humidity_cases()
     hub = turbine().hub_height
-    blown: dict[str, AnyWind] = {RAMPS: winds.ramps()}
-    blown |= {f"{TURBULENT} {seed}": winds.turbulent(hub, seed) for seed in setup.seeds}
+    inflow: dict[str, AnyWind] = {RAMPS: winds.ramps()}
+    inflow |= {f"{TURBULENT} {seed}": winds.turbulent(hub, seed) for seed in setup.seeds}
     adapted = PowerControl(density="weather", scheme="rated_speed")
     climate = {
         (wind, name): _case(
-            machine_with(FORMULA), adapted, blown[wind], air, winds.LENGTH, speed=0.62, name=f"Fig. 20, {wind}, {name}"
+            machine_with(FORMULA), adapted, inflow[wind], air, winds.LENGTH, speed=0.62, name=f"Fig. 20, {wind}, {name}"
         )
         for wind in (RAMPS, f"{TURBULENT} {setup.seeds[0]}")
         for name, air in (("i", COLD), ("ii", HOT))
@@ -294,7 +294,7 @@ def run_all(setup: PowerControlSetup, *, workers: int | None, progress: Progress
             name=f"Fig. 21, {model}, {wind}, {scheme}, J {inertia:.4g}",
         )
         for model, inertia in machines
-        for wind, series in blown.items()
+        for wind, series in inflow.items()
         for scheme in (*SCHEMES, *([AHEAD] if (model, inertia) == (BLADES, PHYSICAL) else []))
     }
     cases = [*steps, *moist, *climate.values(), *limited.values()]

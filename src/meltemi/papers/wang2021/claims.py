@@ -28,10 +28,10 @@ from meltemi.papers.wang2021.gust import (
     ordered,
     spread,
 )
+from meltemi.papers.wang2021.lifetime import over_parts, paired
 from meltemi.papers.wang2021.runs import AS_SCALED, CALIBRATED, STOP_AT, YawProtectionRuns
 from meltemi.papers.wang2021.table2 import FITTED, MOMENT, POWER, Table2
 from meltemi.papers.wang2021.winds import GUST_BEGIN, POWER_SPEED, TIMES, measured
-from meltemi.papers.wang2021.years import over_parts, paired
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.studies.machine_loads import TOP_SHEAR, YAW_BENDING
@@ -45,36 +45,36 @@ claim = claims_of("wang2021")
 POWER_BAND, HELD_BAND, MOMENT_BAND = 1435.0 / 1380.0 - 1.0, 2036.0 / 2011.0 - 1.0, 0.07
 """Differences between simulation and measurement that the paper states for V1, for V2, and for Blade My in V2."""
 PLATEAU = 11
-"""First bin in which the measured power no longer leaves its plateau."""
+"""First bin in which the measured power always stays at its plateau."""
 HALF, DIGIT = 0.5, 0.05
-"""Of "about 50 %", and half a unit of its first digit."""
+"""Number of "about 50 %", and half a unit of its first digit."""
 
 
 def claims(runs: YawProtectionRuns, years: Sequence[StrategyYear]) -> list[Claim]:
     """All claims."""
-    found = []
+    lines = []
     for name, table in runs.tables.items():
         of = partial(_table2, name, table)
-        found += [replace(c, basis="surrogate") for c in claim_group(f"power and moments, {name}", "Table 2", of)]
-    found += claim_group("V1, start-up", "Fig. 4", lambda: _start_up(runs))
-    found += claim_group("V2, power limit and stop", "Fig. 5", lambda: _power_stage(runs))
-    found += claim_group("the strategies in the gust", "Fig. 10", lambda: _strategies(runs.gusts))
-    found += claim_group("loads of the strategies", "Fig. 10", lambda: _loads(runs.gusts))
-    found += claim_group("availability and threshold", "conclusion", lambda: _of_years(runs.gusts, years))
+        lines += [replace(c, basis="surrogate") for c in claim_group(f"power and moments, {name}", "Table 2", of)]
+    lines += claim_group("V1, start-up", "Fig. 4", lambda: _start_up(runs))
+    lines += claim_group("V2, power limit and stop", "Fig. 5", lambda: _power_stage(runs))
+    lines += claim_group("the strategies in the gust", "Fig. 10", lambda: _strategies(runs.gusts))
+    lines += claim_group("loads of the strategies", "Fig. 10", lambda: _loads(runs.gusts))
+    lines += claim_group("availability and threshold", "conclusion", lambda: _of_years(runs.gusts, years))
     if runs.setup.quick:
         few = judgement(unjudged("too few runs"))
-        found = [c if c.outcome == "unchecked" else replace(c, judgement=few) for c in found]
-    return [replace(c, reason="") if c.outcome == "held" else c for c in found]
+        lines = [c if c.outcome == "unchecked" else replace(c, judgement=few) for c in lines]
+    return [replace(c, reason="") if c.outcome == "held" else c for c in lines]
 
 
-def _table2(name: str, found_by_us: Table2) -> list[Claim]:
+def _table2(name: str, simulated: Table2) -> list[Claim]:
     """Our surrogate against the measurement, which the paper's model is never compared with."""
-    rows, table = measured(), found_by_us.whole()
+    rows, table = measured(), simulated.whole()
     bins = np.array([r.bin for r in rows])
     power, spread_of_power = table.column(POWER, "mean"), table.column(POWER, "std")
     moment, moment_std = table.column(MOMENT, "mean"), table.column(MOMENT, "std")
     target, judged = np.array([r.power_mean for r in rows]), ~np.isin(bins, FITTED) | (name == AS_SCALED)
-    found = []
+    lines = []
     ranges = (
         ("4 to 8 m/s", 3, 7, POWER_BAND, "V1", "rotor" if name == AS_SCALED else "calibration"),
         ("near rated", 8, 9, POWER_BAND, "V1", "rotor" if name == AS_SCALED else "calibration"),
@@ -86,24 +86,24 @@ def _table2(name: str, found_by_us: Table2) -> list[Claim]:
         near = _in_all_bins(change, np.abs(change).max() <= band)
         ours = {"change": f"{spread(100.0 * change, '+.1f')} %", "bins": listed(bins[inside])}
         stated = {"words": words, "band": 100.0 * band, "source": source, "reason": reason}
-        found.append(claim("mean power", near, name=name, **ours, **stated))
-    peak, own = int(np.nanargmax(spread_of_power)), table.scatter(POWER, "std")
+        lines.append(claim("mean power", near, name=name, **ours, **stated))
+    peak, error = int(np.nanargmax(spread_of_power)), table.scatter(POWER, "std")
     above = np.flatnonzero(bins >= PLATEAU)
     wanted = np.array([rows[i].power_std for i in above])
     line = np.polyval(np.polyfit(above, wanted, 1), above)
     scatter = 2.0 * float(np.std(wanted - line, ddof=2))
     off = np.abs(spread_of_power[above] - wanted)
-    near = off <= scatter + own[above]
-    as_wide = bins[peak] == 7 and abs(spread_of_power[peak] - rows[6].power_std) <= own[peak]
-    plateau = {"std": spread(spread_of_power[above], ".0f"), "error": own[above].max(), "band": scatter}
+    near = off <= scatter + error[above]
+    as_wide = bins[peak] == 7 and abs(spread_of_power[peak] - rows[6].power_std) <= error[peak]
+    plateau = {"std": spread(spread_of_power[above], ".0f"), "error": error[above].max(), "band": scatter}
     top, largest = int(np.nanargmax(moment)), max(r.moment_mean for r in rows)
     ratio, level = moment[-1] / moment[top], moment[top] / largest - 1.0
     as_low = abs(ratio / (rows[-1].moment_mean / largest) - 1.0) <= MOMENT_BAND
     rises = np.diff(moment_std[7:]) > 0.0
     rising = {"rising": rises.sum(), "n": len(rises), "last": moment_std[-1]}
     return [
-        *found,
-        claim("power std", as_wide, name=name, std=spread_of_power[peak], error=own[peak], bin=bins[peak]),
+        *lines,
+        claim("power std", as_wide, name=name, std=spread_of_power[peak], error=error[peak], bin=bins[peak]),
         claim("plateau std", _in_all_bins(off, near.all()), name=name, near=near.sum(), n=len(above), **plateau),
         claim("moment peak", bins[top] == 8, name=name, bin=bins[top]),
         claim("moment level", abs(level) <= MOMENT_BAND, name=name, moment=moment[top], off=100.0 * level),
@@ -136,15 +136,15 @@ def _start_up(runs: YawProtectionRuns) -> list[Claim]:
 
 def _power_stage(runs: YawProtectionRuns) -> list[Claim]:
     results = survivors(runs.power_stage)
-    held = [r.between(360.0, 430.0) for r in results]
-    v2 = [float(r["generator_power"].mean()) * 1e-3 for r in held]
-    moment = [float(r[MOMENT].mean()) * 1e-3 for r in held]
+    limited = [r.between(360.0, 430.0) for r in results]
+    v2 = [float(r["generator_power"].mean()) * 1e-3 for r in limited]
+    moment = [float(r[MOMENT].mean()) * 1e-3 for r in limited]
     speed, flap = np.array([(r.speed, r.moment_mean) for r in measured()]).T
-    at_wind = np.interp([float(r["wind_x"].mean()) for r in held], speed, flap)
+    at_wind = np.interp([float(r["wind_x"].mean()) for r in limited], speed, flap)
     change = np.array(moment) / at_wind - 1.0
     by_speed = [(r.speed, r.moment_std) for r in measured()]
-    scatter = np.array([float(r[MOMENT].std()) * 1e-3 for r in held])
-    varies = scatter / np.interp([float(r["wind_x"].mean()) for r in held], *np.array(by_speed).T)
+    scatter = np.array([float(r[MOMENT].std()) * 1e-3 for r in limited])
+    varies = scatter / np.interp([float(r["wind_x"].mean()) for r in limited], *np.array(by_speed).T)
     in_bins = np.interp(POWER_SPEED, speed, runs.tables[CALIBRATED].column(MOMENT, "std"))
     in_bins /= np.interp(POWER_SPEED, *np.array(by_speed).T)
     similar = {
@@ -180,7 +180,7 @@ def _strategies(g: Gusts) -> list[Claim]:
     left = np.abs(last[0]).max()
     stopped = np.isfinite(feathered).all() and left < 1.0
     mean, least, most = derated
-    held = np.abs(mean / 2000.0 - 1.0).max() <= HELD_BAND
+    near = np.abs(mean / 2000.0 - 1.0).max() <= HELD_BAND
     return [
         claim(
             "pitch begins",
@@ -188,7 +188,7 @@ def _strategies(g: Gusts) -> list[Claim]:
             after=spread(np.concatenate(begins) - GUST_BEGIN, ".1f"),
         ),
         claim("S1 stops", stopped, normal=normal, emergency=emergency, power=left),
-        claim("S2 power", held, mean=spread(mean, ".0f"), least=least.min(), most=most.max()),
+        claim("S2 power", near, mean=spread(mean, ".0f"), least=least.min(), most=most.max()),
         claim("S2 stop"),
         claim("S3 stop", not stops.any(), power=spread(last[1], ".0f")),
     ]
@@ -211,9 +211,9 @@ def _error(values: Float) -> float:
 
 def _settings(g: Gusts) -> Iterator[tuple[str, list[GustSetting]]]:
     """Settings of the paper's machine, one for each yaw control, by direction and rise time in words."""
-    own = [setting for setting in g.phases if setting.machine == MACHINE]
+    settings = [setting for setting in g.phases if setting.machine == MACHINE]
     for time, (sign, direction) in product(TIMES, SIGNS.items()):
-        yield f"{direction} within {time:g} s", [s for s in own if (s.sign, s.time) == (sign, time)]
+        yield f"{direction} within {time:g} s", [s for s in settings if (s.sign, s.time) == (sign, time)]
 
 
 def _by_control(words: str, settings: Sequence[GustSetting], holds: Callable[[GustSetting], bool]) -> dict[str, bool]:
@@ -224,30 +224,30 @@ def _by_control(words: str, settings: Sequence[GustSetting], holds: Callable[[Gu
 
 def _halves(g: Gusts, which: Sequence[tuple[str, str]]) -> dict[str, Any]:
     """Ratios of derating by direction and rise time, and in which settings they are about half."""
-    told, holds = [], dict[str, bool]()
+    ratios, holds = [], dict[str, bool]()
     for (load, against), (words, settings) in product(which, list(_settings(g))):
         name = f"{load} over {against[:2]}"
-        told.append(f"{name} {spread(np.concatenate([g.ratios(s, load, against) for s in settings]))} {words}")
+        ratios.append(f"{name} {spread(np.concatenate([g.ratios(s, load, against) for s in settings]))} {words}")
         holds |= _by_control(
             f"{name} {words}",
             settings,
             lambda s, of=(load, against): about_half(g.ratios(s, *of)),  # type: ignore[misc]
         )
-    return {"holds": only_for(holds), "ratios": "; ".join(told)}
+    return {"holds": only_for(holds), "ratios": "; ".join(ratios)}
 
 
 def _loads(g: Gusts) -> list[Claim]:
     """The paper's statements on loads, in all settings of its machine, for all components that they may mean."""
     bearing = [(load, against) for load, against in RATIOS if load != TOP_SHEAR]
-    rises, told = dict[str, bool](), []
+    rises, phases = dict[str, bool](), []
     for words, settings in _settings(g):
-        found = {s: g.values(s, ordered) for s in settings}
-        rises |= _by_control(words, settings, lambda s, of=found: bool(of[s].all()))  # type: ignore[misc]
-        told += [f"{x.sum():.0f} of {len(x)} {words} with {s.average:g} s" for s, x in found.items()]
+        rise = {s: g.values(s, ordered) for s in settings}
+        rises |= _by_control(words, settings, lambda s, of=rise: bool(of[s].all()))  # type: ignore[misc]
+        phases += [f"{x.sum():.0f} of {len(x)} {words} with {s.average:g} s" for s, x in rise.items()]
     return [
         claim("bearing half", **_halves(g, bearing)),
         claim("top half", **_halves(g, [(TOP_SHEAR, IGNORE)])),
-        claim("tower top order", only_for(rises), phases="; ".join(told)),
+        claim("tower top order", only_for(rises), phases="; ".join(phases)),
     ]
 
 

@@ -86,11 +86,7 @@ def costs_table(grid: GustResults) -> Table:
                 rows.append([direction, f"{time:g}", words, *shares, *numbers])
     head = ["change", "within\ns", "strategy", "stops\n% of runs", "derates\n% of runs", "energy lost\nkWh a gust"]
     head += [f"{load}\nextreme %" for load in LOADS] + [f"{load}\nfatigue %" for load in (YAW_BENDING, YAW_TORSION)]
-    note = (
-        f"Loads and energy against S3, which ignores the error, in the same wind; means and 95 % intervals over "
-        f"{winds_of(grid)} winds, each with {len(grid.grid.yaw_rates)} yaw rates. Energy from the start of a run to "
-        f"ten minutes after its end. S1 has the stepwise threshold. {OURS}: base points from loads, see below."
-    )
+    note = sentence("costs", winds=winds_of(grid), rates=len(grid.grid.yaw_rates), ours=OURS)
     return Table(head, rows, "The paper's strategies and ours in the same gusts", text_columns=3, note=note)
 
 
@@ -125,10 +121,7 @@ def recheck_table(grid: GustResults) -> Table:
         for rate, shares in zip(rates, stopped_after_derating(grid), strict=True)
     ]
     head = ["yaw rate [deg/s]", *(f"recheck after {time:g} s" for time in times)]
-    note = (
-        "Percent of the runs that were derated. The drive must turn the error below the threshold before the recheck."
-    )
-    return Table(head, rows, "Derated, and stopped all the same", note=note)
+    return Table(head, rows, "Derated, and stopped all the same", note=sentence("recheck"))
 
 
 def over_stopping(grid: GustResults) -> Table:

@@ -198,12 +198,8 @@ def budget_table(rates: DamageRates) -> Table:
     head = ["budgeted load", "budget\n%", "plan", "energy\n%", "damage over\nfull power"]
     head += [f"limit at\n{speed:g} m/s, %" for speed in SPEEDS]
     seeds = next(iter(rates.power.values())).shape[-1]
-    note = (
-        f"Class {WIND_CLASS}, the paper's site; means and 95 % intervals over {seeds} seeds, each with the plan of "
-        "the other half. Limits in percent of rated power, means over the time in the bin; below rated wind they bind "
-        "only where they are below the power there. Damage is the equivalent load to the power of its slope: "
-        f"{', '.join(f'{load} {LOADS[load].slope:g}' for load in SPENT)}."
-    )
+    slopes = ", ".join(f"{load} {LOADS[load].slope:g}" for load in SPENT)
+    note = sentence("plans", wind_class=WIND_CLASS, seeds=seeds, slopes=slopes)
     return Table(head, rows, "Energy and damage of planned derating", text_columns=3, note=note)
 
 
@@ -213,12 +209,9 @@ def verdict(rates: DamageRates) -> str:
     lost = {name: kept.energy for name, kept in kinds(rates, load, budget).items()}
     energy = "; ".join(f"{name} {_text(x, '+', 100.0, ' %')}" for name, x in lost.items())
     saved = {scheme: lost[f"{PLANNED}, {scheme}"] - lost[f"{ALIKE}, {scheme}"] for scheme in SCHEMES}
-    told_apart = [
-        scheme for scheme, x in saved.items() if not np.isnan(x).any()
-    ]  # seeds for which both kinds have a plan
-    worth = (
-        " and ".join(f"{_text(saved[s], '+', 100.0, ' points')} with {s}" for s in told_apart) or "nothing to compare"
-    )
+    both = {scheme: x for scheme, x in saved.items() if not np.isnan(x).any()}  # with a plan of both kinds
+    texts = [f"{_text(x, '+', 100.0, ' points')} with {scheme}" for scheme, x in both.items()]
+    worth = " and ".join(texts) or "nothing to compare"
     return sentence("budget", load=load, budget=100.0 * budget, energy=energy, saved=worth)
 
 

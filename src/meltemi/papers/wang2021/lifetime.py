@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meltemi.loads.energy import YEAR
 from meltemi.papers.wang2021.costs import kinds
-from meltemi.postprocess.ensemble import ensemble_load, lifetime_del, mean_interval
+from meltemi.papers.wang2021.words import sentence
+from meltemi.postprocess.ensemble import MeanEstimate, ensemble_load, lifetime_del, mean_interval
 from meltemi.reports.blocks import Table
+from meltemi.reports.ensemble_tables import with_interval
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
 from meltemi.studies.machine_loads import LOADS, fatigue
+from meltemi.studies.wind_year import StrategyYear
 from meltemi.studies.yaw_gusts import LENGTH, WIND, GustResults
 from meltemi.studies.yaw_limits import LEAD, cases_in_turbulence
 from meltemi.tuning.run_store import cells
 
 if TYPE_CHECKING:
     import pandas as pd
+
+Float = NDArray[np.float64]
 
 SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)
 """[m/s] of production without fronts."""
@@ -85,23 +92,52 @@ def change(rows: pd.DataFrame, production: Mapping[str, float], strategy: str, n
 
 def table(grid: GustResults, production: Mapping[str, float], strategies: Sequence[str]) -> Table:
     """Table of lifetime loads by strategy, direction and rise time of the fronts, and their number."""
-    rows = [
-        [
-            f"{fronts}",
-            direction,
-            f"{time:g}",
-            strategy,
-            *(change(of_kind, production, strategy, name, fronts) for name in LOADS),
-        ]
-        for fronts in FRONTS
-        for direction, time, of_kind in kinds(grid)
-        for strategy in strategies
-    ]
+    rows = []
+    for fronts, (direction, time, of_kind), strategy in product(FRONTS, list(kinds(grid)), strategies):
+        changes = [change(of_kind, production, strategy, name, fronts) for name in LOADS]
+        rows.append([f"{fronts}", direction, f"{time:g}", strategy, *changes])
     usual = ", ".join(f"{name} {production[name]:.3g} {load.unit}" for name, load in LOADS.items())
-    note = (
-        "Change of the equivalent load of twenty years against S3, [%] with 95 % intervals over the winds of the grid, "
-        "of which each front is one; derating with the longest recheck time. Damage of production, in turbulence of "
-        f"the class and a Rayleigh distribution at the site's mean wind, and fronts added; production alone: {usual}."
-    )
     head = ["fronts\na year", "change", "within\ns", "strategy", *LOADS]
+    note = sentence("lifetime", production=usual)
     return Table(head, rows, "Lifetime loads of the strategies", text_columns=4, note=note)
+
+
+MWH = 3.6e9
+"""[J]."""
+
+
+def over_parts(years: Sequence[StrategyYear], strategy: str, fronts: int, of: Callable[[StrategyYear], float]) -> Float:
+    """(parts,) annual values of a strategy."""
+    return np.array([of(y) for y in years if (y.strategy, y.fronts) == (strategy, fronts)])
+
+
+def paired(
+    years: Sequence[StrategyYear], one: str, other: str, fronts: int, of: Callable[[StrategyYear], float]
+) -> MeanEstimate:
+    """Difference between two strategies in the same wind."""
+    return mean_interval(over_parts(years, one, fronts, of) - over_parts(years, other, fronts, of))
+
+
+def won(years: Sequence[StrategyYear], strategy: str, fronts: int) -> MeanEstimate:
+    """Annual energy [MWh] of a strategy beyond that of stopping."""
+    return mean_interval(over_parts(years, strategy, fronts, lambda y: (y.energy - y.stopped) / MWH))
+
+
+def year_table(years: Sequence[StrategyYear]) -> Table:
+    """Table of a year by strategy and number of fronts."""
+    columns: tuple[tuple[Callable[[StrategyYear], float], int], ...] = (
+        (lambda y: y.energy / 3.6e12, 2),
+        (lambda y: y.exceeded, 0),
+        (lambda y: y.derates, 0),
+        (lambda y: y.stops, 0),
+        (lambda y: y.down / 3600.0, 1),
+        (lambda y: 100.0 * y.available, 2),
+    )
+    rows = []
+    for fronts, strategy in dict.fromkeys((y.fronts, y.strategy) for y in years):
+        values = [with_interval(mean_interval(over_parts(years, strategy, fronts, of)), n) for of, n in columns]
+        rows.append([f"{fronts}", strategy, *values, with_interval(won(years, strategy, fronts), 2, "+")])
+    head = ["fronts\na year", "strategy", "energy\nGWh", "threshold\npassed", "derates", "stops", "down\nh"]
+    head += ["available\n%", "won against S1\nMWh"]
+    note = sentence("a year", parts=len({y.seed for y in years}))
+    return Table(head, rows, "A year of wind", text_columns=2, note=note)

@@ -15,14 +15,14 @@ import numpy as np
 
 from meltemi.iec.gusts import RISE_TIME
 from meltemi.papers.study import Draw, Progress, answer_chapter, step_progress
-from meltemi.papers.wang2021.costs import KWH, by_wind, longest
+from meltemi.papers.wang2021.costs import KWH, STRATEGIES, by_wind, longest
 from meltemi.papers.wang2021.winds import GUST_SPEED
 from meltemi.papers.wang2021.words import sentence
 from meltemi.postprocess.ensemble import mean_interval
 from meltemi.reports.blocks import Section, Table
 from meltemi.reports.ensemble_tables import with_interval
 from meltemi.studies.machine_loads import BLADE_ROOT, TOWER_BASE, YAW_BENDING
-from meltemi.studies.yaw_gusts import OURS, GustGrid, GustResults, run_grid
+from meltemi.studies.yaw_gusts import GustGrid, GustResults, run_grid
 from meltemi.studies.yaw_limits import BasePoints
 from meltemi.turbine.definition import Turbine
 
@@ -66,37 +66,21 @@ def gusts_table(results: GustResults) -> Table:
     rows = []
     every = longest(results)
     for time, change in product(results.grid.times, results.grid.changes):
-        of = every[(every["time"] == time) & np.isclose(every["change"], change)]
-        for name in ("S1", "S2", OURS, "S3"):
-            runs = of[of["strategy"] == name]
+        gusts = every[(every["time"] == time) & np.isclose(every["change"], change)]
+        for name in STRATEGIES:
+            runs = gusts[gusts["strategy"] == name]
             if not len(runs):
                 continue
             recheck = runs["recheck"].max()
-            energy = with_interval(mean_interval(-by_wind(of, name, recheck, "energy") / KWH), 0)
-            loads = [mean_interval(100.0 * by_wind(of, name, recheck, f"{load}, extreme")) for load in SHOWN]
-            peak = runs[f"{YAW_BENDING}, extreme"]
-            rows.append(
-                [
-                    f"{time:g}",
-                    f"{np.degrees(change):.0f}",
-                    measured(time, change),
-                    name,
-                    f"{100.0 * runs['stops'].mean():.0f}",
-                    f"{100.0 * runs['derates'].mean():.0f}",
-                    energy,
-                    *(with_interval(e, 0, "+") for e in loads),
-                    f"{peak.max():.1f}",
-                ]
-            )
+            energy = with_interval(mean_interval(-by_wind(gusts, name, recheck, "energy") / KWH), 0)
+            loads = [mean_interval(100.0 * by_wind(gusts, name, recheck, f"{load}, extreme")) for load in SHOWN]
+            where = [f"{time:g}", f"{np.degrees(change):.0f}", measured(time, change), name]
+            shares = [f"{100.0 * runs[of].mean():.0f}" for of in ("stops", "derates")]
+            peak = f"{runs[f'{YAW_BENDING}, extreme'].max():.1f}"
+            rows.append([*where, *shares, energy, *(with_interval(e, 0, "+") for e in loads), peak])
     head = ["within\ns", "change\ndeg", "measured", "strategy", "stops\n%", "derates\n%", "energy lost\nkWh a gust"]
     head += [f"{load}\nextreme %" for load in SHOWN] + [f"{YAW_BENDING}\nlargest MN m"]
-    note = (
-        f"From {GUST_SPEED:g} m/s, a rise of {RISE:g} m/s, both directions, "
-        f"{len(results.grid.seeds)} seeds, 0.5 deg/s, recheck after 90 s. Loads and energy against S3 in the same "
-        f"wind, "
-        "means and 95 % intervals over the winds. Measured: what Hannesdóttir and Kelly (2019) say of the turn; none "
-        "of their ramps rises by more than the standard's 15 m/s."
-    )
+    note = sentence("measured", speed=GUST_SPEED, rise=RISE, seeds=len(results.grid.seeds))
     return Table(head, rows, "The strategies in gusts that rise more slowly", text_columns=4, note=note)
 
 

@@ -19,6 +19,7 @@ from meltemi.papers.study import (
     applied,
     guarded_table,
     guarded_text,
+    run_parts,
     span,
     step_progress,
 )
@@ -26,8 +27,9 @@ from meltemi.papers.wang2021 import beyond, damage_budget, figures, measured_gus
 from meltemi.papers.wang2021.beyond import Beyond
 from meltemi.papers.wang2021.claims import REASONS, claims
 from meltemi.papers.wang2021.costs import costs, winds_of
-from meltemi.papers.wang2021.gust import SIGNS, Gusts
-from meltemi.papers.wang2021.gust_tables import (
+from meltemi.papers.wang2021.gust import (
+    SIGNS,
+    Gusts,
     causes_table,
     gust_words,
     loads_tables,
@@ -40,7 +42,7 @@ from meltemi.papers.wang2021.runs import QUICK, YAW_RATE, YawProtectionRuns, Yaw
 from meltemi.papers.wang2021.table2 import LOOP_BINS, MOMENT, POWER
 from meltemi.papers.wang2021.winds import STATED, TIMES, measured
 from meltemi.papers.wang2021.words import sentence
-from meltemi.reports.blocks import Section, Table
+from meltemi.reports.blocks import Block, Section, Table
 from meltemi.reports.state_diagram import plot_states
 from meltemi.studies.machine_loads import YAW_BENDING
 from meltemi.studies.yaw_gusts import with_yaw_rate
@@ -51,18 +53,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHARE = 0.6
-"""Of the time that the paper's part takes."""
-
-
-PARTS: dict[str, Callable[[Any, Draw], Section]] = {
-    "gusts": measured_gusts.chapter,
-    "budget": damage_budget.chapter,
-}
-"""Parts that are run only if asked for, and their chapters."""
+"""Share of the time for the paper's runs."""
+PARTS: dict[str, Any] = {"gusts": measured_gusts, "budget": damage_budget}
+"""Modules of the parts that are run on request."""
 
 
 @dataclass(frozen=True)
-class Found:
+class Results:
     """Results of the paper's runs and of those beyond it; parts by name."""
 
     runs: YawProtectionRuns
@@ -113,31 +110,26 @@ FIGURES: dict[str, tuple[str, Callable[[YawProtectionRuns], Figure]]] = {
 
 
 def run(
-    *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Found], object], parts: Sequence[str]
-) -> Found:
-    """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as lost."""
+    *, quick: bool, workers: int | None, progress: Progress, partly: Callable[[Results], object], parts: Sequence[str]
+) -> Results:
+    """Run all simulations; ``partly`` is called with the paper's complete runs, the others marked as missing."""
     runs = run_all(QUICK if quick else YawProtectionSetup(), workers=workers, progress=span(progress, 0.0, SHARE))
     later: Any = FailedResult("not run yet")
-    partly(Found(runs, Beyond(later, later, later, later)))
+    partly(Results(runs, Beyond(later, later, later, later)))
     turbine, rest = runs.turbines[1], (1.0 - SHARE) / (1 + len(parts))
-    told_of = span(progress, SHARE, rest)
-    more = beyond.study(turbine, quick, limit_seeds=runs.setup.limit_seeds, workers=workers, progress=told_of)
-    found: dict[str, Any] = {}
-    for i, name in enumerate(parts, start=1):
-        partly(Found(runs, more, found))
-        told_of = span(progress, SHARE + i * rest, rest)
-        found[name] = attempt(name, _study_part, name, turbine, more, quick, workers=workers, progress=told_of)
-    return Found(runs, more, found)
-
-
-def _study_part(name: str, turbine: Turbine, more: Beyond, quick: bool, **given: Any) -> Any:
-    if name == "gusts":
-        return measured_gusts.study(turbine, more.limits.base_points, quick, **given)
-    return damage_budget.study(turbine, beyond.site().mean, quick, **given)
+    limits: dict[str, Any] = {"limit_seeds": runs.setup.limit_seeds, "progress": span(progress, SHARE, rest)}
+    more = beyond.study(turbine, quick, workers=workers, **limits)
+    studies = {
+        "gusts": lambda **given: measured_gusts.study(turbine, more.limits.base_points, quick, **given),
+        "budget": lambda **given: damage_budget.study(turbine, beyond.site().mean, quick, **given),
+    }
+    requested = {name: partial(studies[name], workers=workers) for name in parts}
+    left = span(progress, SHARE + rest, 1.0 - SHARE - rest)
+    return Results(runs, more, run_parts(requested, left, lambda done: partly(Results(runs, more, done))))
 
 
 def calibration_words(runs: YawProtectionRuns) -> str:
-    """The two calibrated numbers."""
+    """Text of the two calibrated numbers."""
     c = runs.calibration
     chord, drag = c.errors
     return f"chord times {c.chord:.2f} ± {chord:.2f}, drag coefficient {c.drag:+.4f} ± {drag:.4f}, from bins 5 to 7"
@@ -146,10 +138,10 @@ def calibration_words(runs: YawProtectionRuns) -> str:
 def bins_table(runs: YawProtectionRuns) -> Table:
     """Table 2 of the paper and ours."""
     columns = [
-        ("mean power [kW]", POWER, "mean", "power_mean", 0),
-        ("std of power [kW]", POWER, "std", "power_std", 0),
-        ("mean moment [kNm]", MOMENT, "mean", "moment_mean", 0),
-        ("std of moment [kNm]", MOMENT, "std", "moment_std", 0),
+        ("mean power [kW]", POWER, "mean", "power_mean"),
+        ("std of power [kW]", POWER, "std", "power_std"),
+        ("mean moment [kNm]", MOMENT, "mean", "moment_mean"),
+        ("std of moment [kNm]", MOMENT, "std", "moment_std"),
     ]
     head, groups = ["bin", "m/s", "sets"], [("", 3)]
     for title, *_ in columns:
@@ -158,12 +150,11 @@ def bins_table(runs: YawProtectionRuns) -> Table:
     rows = []
     for i, r in enumerate(measured()):
         row = [str(r.bin), f"{r.speed:g}", str(r.sets)]
-        for _, name, of, column, digits in columns:
-            row.append(f"{getattr(r, column):.{digits}f}")
-            row += [
-                "failed" if r.bin in table.lost else f"{table.column(name, of)[i]:.{digits}f}"
-                for table in runs.tables.values()
-            ]
+        for _, name, of, column in columns:
+            values = [table.column(name, of)[i] for table in runs.tables.values()]
+            lost = [r.bin in table.lost for table in runs.tables.values()]
+            row.append(f"{getattr(r, column):.0f}")
+            row += ["failed" if failed else f"{x:.0f}" for failed, x in zip(lost, values, strict=True)]
         rows.append(row)
     seeds, period = len(runs.setup.seeds), runs.setup.period
     note = f"Ours: {seeds} seeds a bin, {period:g} s each; calibrated: {calibration_words(runs)}."
@@ -199,46 +190,38 @@ def lead(lines: Sequence[Claim], runs: YawProtectionRuns, more: Beyond) -> str:
     return " ".join(parts)
 
 
-def contents(found: Found, out: Path, draw: Draw) -> Contents:
+def contents(results: Results, out: Path, draw: Draw) -> Contents:
     """Chapters, lead and facts of the page."""
-    runs, more = found.runs, found.more
+    runs, more = results.runs, results.more
     lines = claims(runs, more.years)
     table = claims_table([c for c in lines if c.basis != "surrogate"])
-    beside = claims_table([c for c in lines if c.basis == "surrogate"], "Surrogate against measurement")
+    surrogate = claims_table([c for c in lines if c.basis == "surrogate"], "Surrogate against measurement")
     ratios = guarded_table("Ratios of loads", lambda: ratios_table(runs.gusts))
-    loads = guarded(lambda: loads_tables(runs.gusts), lambda why: [])
-    files = []
-    if not isinstance(more.grid, FailedResult):
-        files.append(out / "grid.csv")
-        more.grid.rows.to_csv(files[0], index=False, float_format="%.6g")
-    words = (
-        "Our turbine is scaled from another one. Its Table 2 beside the measured one says how good a surrogate it is, "
-        "not whether the paper is right: its model is compared with Figures 4 and 5."
-    )
+    strategies: list[Block] = [
+        ratios,
+        guarded_table("What makes the peaks", lambda: causes_table(runs.gusts)),
+        guarded_text(lambda: slowed_words(runs.gusts), "Derating by speed"),
+        *guarded(lambda: loads_tables(runs.gusts), lambda why: []),
+        guarded_table("The log", lambda: log_table(runs.gusts, runs.recheck)),
+    ]
     loops = guarded_table("Frequency of the speed loop", lambda: loops_table(runs))
     bins = guarded_table("Table 2 of the paper and ours", lambda: bins_table(runs))
-    slower = guarded_text(lambda: slowed_words(runs.gusts), "Derating by speed")
-    causes = guarded_table("What makes the peaks", lambda: causes_table(runs.gusts))
-    return Contents(
-        lead=lead(lines, runs, more),
-        chapters={
-            "claims": Section("Claim by claim", [table, *reason_lines(REASONS)]),
-            "strategies": Section(
-                "Loads of the strategies",
-                [ratios, causes, slower, *loads, guarded_table("The log", lambda: log_table(runs.gusts, runs.recheck))],
-            ),
-            "table2": Section("Surrogate against measurement", [words, loops, bins, beside]),
-            "beyond": beyond.chapter(more, draw),
-        }
-        | {name: PARTS[name](part, draw) for name, part in found.parts.items()},
-        facts=[
-            ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
-            ("calibration", guarded(partial(calibration_words, runs), str)),
-            ("seeds", ", ".join(str(seed) for seed in runs.setup.seeds)),
-        ],
-        shown=[brief(table), ratios],
-        files=files,
-    )
+    chapters = {
+        "claims": Section("Claim by claim", [table, *reason_lines(REASONS)]),
+        "strategies": Section("Loads of the strategies", strategies),
+        "table2": Section("Surrogate against measurement", [sentence("surrogate"), loops, bins, surrogate]),
+        "beyond": beyond.chapter(more, draw),
+    }
+    chapters |= {name: PARTS[name].chapter(part, draw) for name, part in results.parts.items()}
+    facts = [
+        ("turbines", ", ".join(turbine.name for turbine in runs.turbines)),
+        ("calibration", guarded(partial(calibration_words, runs), str)),
+        ("seeds", ", ".join(map(str, runs.setup.seeds))),
+    ]
+    files = [] if isinstance(more.grid, FailedResult) else [out / "grid.csv"]
+    for file in files:
+        more.grid.rows.to_csv(file, index=False, float_format="%.6g")
+    return Contents(lead(lines, runs, more), chapters, facts, [brief(table), ratios], files)
 
 
 @dataclass(frozen=True)
@@ -253,17 +236,17 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
     """The strategies on another turbine: in the gust, over the grid of gusts, in a year of wind."""
 
     def run_both(*, quick: bool, workers: int | None, progress: Progress, **_: Any) -> OfTurbine:
-        tell = step_progress(span(progress, 0.0, 0.2), "gust with direction change")
+        begin = step_progress(span(progress, 0.0, 0.2), "gust with direction change")
         machine = with_yaw_rate(turbine, turbine.yaw.rate or YAW_RATE)
         speed = beyond.rated_wind(machine) + 2.0
         given = {"averages": [max(YAW_CONTROLS)], "speed": speed, "limited": turbine.rated_power * 2.0 / 3.0}
-        pair = attempt("gust", run_gusts, {turbine.name: machine}, 2 if quick else 4, workers, tell, **given)
+        pair = attempt("gust", run_gusts, {turbine.name: machine}, 2 if quick else 4, workers, begin, **given)
         gusts = pair if isinstance(pair, FailedResult) else pair[0]
         more = beyond.study(machine, quick, speed=speed, workers=workers, progress=span(progress, 0.2, 0.8))
         return OfTurbine(gusts, more)
 
-    def contents_of(found: OfTurbine, out: Path, draw: Draw) -> Contents:
-        g, more = found.gusts, found.more
+    def contents_of(results: OfTurbine, out: Path, draw: Draw) -> Contents:
+        g, more = results.gusts, results.more
         ratios = guarded_table("Ratios of loads", lambda: ratios_table(g))
         drawn = [
             draw(
@@ -278,9 +261,7 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
             "strategies": Section("Loads of the strategies", [ratios, slower, *drawn]),
             "beyond": beyond.chapter(more, draw),
         }
-        lead = " ".join(
-            (guarded_text(lambda: gust_words(g), "The gust"), guarded_text(lambda: grid_words(more), "The grid"))
-        )
+        lead = f"{guarded_text(lambda: gust_words(g), 'The gust')} {guarded_text(lambda: grid_words(more), 'The grid')}"
         facts = [
             ("turbine", turbine.name),
             ("turbulence", f"class {beyond.WIND_CLASS}, for limits and production"),
@@ -288,17 +269,17 @@ def of_turbine(turbine: Turbine) -> Study[OfTurbine]:
         ]
         return Contents(lead, chapters, facts, [ratios])
 
-    words = "Yaw-error limits and derating of Wang et al. (2021)"
-    return applied(STUDY, turbine, words, run=run_both, contents=contents_of, runs=lambda found: found)
+    title = "Yaw-error limits and derating of Wang et al. (2021)"
+    return applied(STUDY, turbine, title, run=run_both, contents=contents_of)
 
 
-STUDY: Study[Found] = Study(
+STUDY: Study[Results] = Study(
     name="wang2021",
     title="Wang et al. (2021): derate and look again instead of shutting down, reproduced",
     source="Wang, Y., Cai, X., Xu, B., Li, Z. (2021): yaw error strategy of a wind turbine by multibody dynamics. "
     "Frontiers in Energy Research 9, 711927.",
     run=run,
-    runs=lambda found: found.runs,
+    runs=lambda results: results.runs,
     figures=FIGURES,
     contents=contents,
     parts=tuple(PARTS),

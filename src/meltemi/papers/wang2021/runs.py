@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -150,15 +151,15 @@ def run_all(setup: YawProtectionSetup, *, workers: int | None, progress: Progres
     tables = {}
     kinds = ((AS_SCALED, turbine, Calibration()), (CALIBRATED, turbine, calibration), (EARLY, early, calibration))
     for i, (name, machine, each) in enumerate(kinds):
-        told_of = more(0.25 + 0.18 * i, 0.18, f"Table 2, {name}")
+        options = more(0.25 + 0.18 * i, 0.18, f"Table 2, {name}")
         tables[name] = attempt(
-            f"Table 2, {name}", simulate_bins, machine, each, winds.measured(), setup.seeds, **given, **told_of
+            f"Table 2, {name}", simulate_bins, machine, each, winds.measured(), setup.seeds, **given, **options
         )
-    tell = step_progress(span(progress, 0.79, 0.06), "V1 and V2")
-    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, tell)
+    reported = step_progress(span(progress, 0.79, 0.06), "V1 and V2")
+    both = attempt("V1 and V2", validation, turbine, calibration, setup.seeds, workers, reported)
     one, two = (both, both) if isinstance(both, FailedResult) else both
-    tell = step_progress(span(progress, 0.85, 0.15), "gust with direction change")
-    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, tell, averages=setup.averages)
+    reported = step_progress(span(progress, 0.85, 0.15), "gust with direction change")
+    pair = attempt("gust", run_gusts, gust_machines(YAW_RATE), setup.phases, workers, reported, averages=setup.averages)
     gusts, recheck = (pair, pair) if isinstance(pair, FailedResult) else pair
     return YawProtectionRuns(setup, (turbine, studied), loop, calibration, tables, one, two, gusts, recheck)
 
@@ -173,28 +174,18 @@ def validation(
     """V1, a start-up from idling without yaw; V2, production with yaw and a stop."""
     machine = calibration.turbine(turbine)
     still, turning = build(machine), build(machine, ModelOptions(yaw="driven"))
+    one: dict[str, Any] = {"duration": START_UP_LENGTH, "channels": SHOWN}
+    one |= {"controller": SupervisedController(machine, Supervision(start_time=0.0))}
+    one |= {"start": Start(pitch=machine.pitch_actuator.maximum)}
+    two: dict[str, Any] = {"duration": POWER_LENGTH, "channels": SHOWN}
+    two |= {"controller": strategy(machine, YawProtection())}
+    two |= {"events": (Request(at=STOP_AT, request="normal_stop"),)}
     cases = [
-        Run(
-            model=still,
-            wind=lambda seed=seed: winds.start_up(machine, seed, START_UP_LENGTH),  # type: ignore[misc]
-            duration=START_UP_LENGTH,
-            controller=SupervisedController(machine, Supervision(start_time=0.0)),
-            start=Start(pitch=machine.pitch_actuator.maximum),
-            channels=SHOWN,
-            name=f"V1, seed {seed}",
-        )
+        Run(still, partial(winds.start_up, machine, seed, START_UP_LENGTH), name=f"V1, seed {seed}", **one)
         for seed in seeds
     ]
     cases += [
-        Run(
-            model=turning,
-            wind=lambda seed=seed: winds.power_stage(machine, seed, POWER_LENGTH),  # type: ignore[misc]
-            duration=POWER_LENGTH,
-            controller=strategy(machine, YawProtection()),
-            events=(Request(at=STOP_AT, request="normal_stop"),),
-            channels=SHOWN,
-            name=f"V2, seed {seed}",
-        )
+        Run(turning, partial(winds.power_stage, machine, seed, POWER_LENGTH), name=f"V2, seed {seed}", **two)
         for seed in seeds
     ]
     results = cells(cases, workers=workers, progress=progress)
@@ -231,12 +222,12 @@ def run_gusts(
         SHORT: YawProtection(strategy="derate", recheck_time=SHORT_RECHECK, power_limit=limited),
     }
     models = {name: build(turbine, ModelOptions(yaw="driven")) for name, turbine in machines.items()}
-    blown = {
+    inflow = {
         (name, sign, time): winds.gust(turbine, sign, time, speed)
         for (name, turbine), sign, time in product(machines.items(), SIGNS, winds.TIMES)
     }
     starts = {
-        name: attempt(f"steady operation, {name}", operating_point, model, blown[name, 1, winds.STATED])
+        name: attempt(f"steady operation, {name}", operating_point, model, inflow[name, 1, winds.STATED])
         for name, model in models.items()
     }
     settings = [GustSetting(*of) for of in product(models, averages, SIGNS, winds.TIMES)]
@@ -245,7 +236,7 @@ def run_gusts(
         machine = setting.machine
         return Run(
             model=models[machine],
-            wind=blown[machine, setting.sign, setting.time],
+            wind=inflow[machine, setting.sign, setting.time],
             duration=GUST_LENGTH,
             controller=controller,
             events=events,

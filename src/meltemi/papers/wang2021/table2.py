@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 TRANSIENT = 100.0
-"""[s] not judged, by default."""
+"""[s] initial transient, by default."""
 SPEED, POWER, MOMENT = "wind_x", "generator_power", "root_moment_flap_1"
 CHANNELS = (SPEED, POWER, MOMENT, "rotor_speed", "pitch_1")
 FITTED = (5, 6, 7)
 """Bins that the calibration sees."""
 ROUNDS, FIRST, STEPS = 3, (0.75, 0.01), (-0.1, 0.01)
-"""Of the calibration: Gauss-Newton steps, chord and drag at the start, and their differences for the derivatives."""
+"""Gauss-Newton steps of the calibration; chord and drag at its start; their differences for the derivatives."""
 
 
 @dataclass(frozen=True)

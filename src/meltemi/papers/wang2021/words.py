@@ -1,13 +1,7 @@
-"""Sentences of the page from ``words.md``, with numbers from the results."""
+"""Sentences of the page, with numbers from the results."""
 
 from __future__ import annotations
 
-from meltemi.papers.claim import paragraphs_of
+from meltemi.papers.claim import sentences_of
 
-
-def sentence(key: str, **numbers: object) -> str:
-    """A sentence with numbers, by its key."""
-    return _WORDS[key].format(**numbers)
-
-
-_WORDS = paragraphs_of("wang2021", "words.md")
+sentence = sentences_of("wang2021")

@@ -12,9 +12,9 @@ from meltemi.core.errors import Status
 from meltemi.core.files import replacing
 from meltemi.core.hdf5 import attributes, read_hdf5, to_netcdf
 from meltemi.postprocess.result_tables import labelled
+from meltemi.scene.record import packed, unpacked
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.result import Result
-from meltemi.simulation.scene.record import packed, unpacked
 
 if TYPE_CHECKING:
     import h5py
@@ -50,7 +50,7 @@ def _result(file: h5py.File) -> Result:
     about = attributes(file)
     channels = tuple(_channel(entry) for entry in json.loads(about["channels"]))
     if len({channel.name for channel in channels}) < len(channels):
-        raise ValueError("a channel stands twice")
+        raise ValueError("two channels have the same name")
     time = file["time"][:]
     return Result(
         time=time,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from meltemi.compiler import MAX_FLAPS
 from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group
 from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
@@ -50,15 +50,15 @@ EVEN = 0.1
 
 
 @dataclass(frozen=True)
-class Columns:
+class OutputColumns:
     """The table of an OpenFAST output file.
 
     Attributes:
       names, units: of the columns, as they are written; units without parentheses.
       time: (T,) [s].
       data: (T, C) in those units, without the time.
-      description: of the run.
-      warning: that the file is cut.
+      description: description of the run.
+      warning: message if the file is cut.
     """
 
     names: tuple[str, ...]
@@ -77,7 +77,7 @@ def si_unit(text: str) -> tuple[str, float]:
     return UNITS.get(unit or "-", (text.strip().strip("()").strip(), 1.0))
 
 
-def result_of(columns: Columns, path: Path) -> Result:
+def result_of(columns: OutputColumns, path: Path) -> Result:
     """A result in SI units, with meltemi's channels where the catalogue contains them.
 
     Names are those of the catalogue, with the sign reversed where OpenFAST's name begins with ``-``, ``_``, ``M`` or
@@ -93,7 +93,7 @@ def result_of(columns: Columns, path: Path) -> Result:
         raise InputError(f"{path}: the times in it do not increase from row to row: the file is damaged")
     ours = columns.description.startswith(OURS)
     known = _known(columns.names if ours else ())
-    found: dict[str, tuple[Channel, Float]] = {}
+    series: dict[str, tuple[Channel, Float]] = {}
     invalid = []
     for i, (name, text) in enumerate(zip(columns.names, columns.units, strict=True)):
         unit, factor = si_unit(text)
@@ -101,33 +101,32 @@ def result_of(columns: Columns, path: Path) -> Result:
             invalid.append(name)
             continue
         sign, channel = _mapped(name, known)
-        if channel is None or channel.unit != unit or channel.name in found:
+        if channel is None or channel.unit != unit or channel.name in series:
             sign, channel = 1, Channel(name, "", unit, "-", "-", "channel of OpenFAST", ("file", name))
-        if channel.name not in found:  # of two columns of one name the first counts, as for OpenFAST's tools
-            found[channel.name] = (channel, columns.data[:, i] * (sign * factor))
+        if channel.name not in series:  # of two columns of one name the first counts, as for OpenFAST's tools
+            series[channel.name] = (channel, columns.data[:, i] * (sign * factor))
     meta: dict[str, object] = {"file": path.name, "description": columns.description}
     warnings = [columns.warning] if columns.warning else []
     if invalid:
         warnings.append(f"omitted, since OpenFAST could not compute them: {', '.join(invalid)}")
     if warnings:
         meta["warnings"] = warnings
-    series = [x for _, x in found.values()]
-    data = np.stack(series, axis=1) if series else np.zeros((len(time), 0))
-    return Result(time, data, tuple(c for c, _ in found.values()), meta=meta)
+    data = np.stack([x for _, x in series.values()], axis=1) if series else np.zeros((len(time), 0))
+    return Result(time, data, tuple(c for c, _ in series.values()), meta=meta)
 
 
-def columns_of(result: Result) -> Columns:
+def columns_of(result: Result) -> OutputColumns:
     """A result in OpenFAST's names and units; other channels keep their names, with ``_`` for blanks."""
-    found = [_written(c) for c in result.channels]
-    factors = np.array([factor for _, _, factor in found])
+    columns = [_written(c) for c in result.channels]
+    factors = np.array([factor for _, _, factor in columns])
     about = f"{result.meta.get('turbine', '')}: {result.meta.get('wind', '')}".strip(": ")
-    own = " ".join(f"{OURS} {result.meta.get('version', '')} {about} {result.message}".split())
-    return Columns(
-        names=tuple(name for name, _, _ in found),
-        units=tuple(unit for _, unit, _ in found),
+    title = " ".join(f"{OURS} {result.meta.get('version', '')} {about} {result.message}".split())
+    return OutputColumns(
+        names=tuple(name for name, _, _ in columns),
+        units=tuple(unit for _, unit, _ in columns),
         time=result.time,
         data=result.data * factors,
-        description=str(result.meta.get("description", own)),
+        description=str(result.meta.get("description", title)),
     )
 
 
@@ -144,29 +143,20 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
     disk = channels_of_group("disk")
     floats = any(re.match("ptfmsurge|fairten", name, re.IGNORECASE) for name in names)  # HydroFxi is of either support
     water, numbered = ("platform", "line") if floats else ("sea", "pile_station")
-    every = catalogue(Contents(further=disk))
+    every = catalogue(ChannelSet(further=disk))
     if names:
-        every = catalogue(
-            Contents(
-                3,
-                last,
-                last,
-                last,
-                flaps=MAX_FLAPS,
-                gears=(0, GEARS),
-                further=sum(map(channels_of_group, ("electrical", water)), channels_of_group(numbered, min(last, 9)))
-                + disk,
-            )
-        )
-        every |= catalogue(Contents(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
+        stations = channels_of_group(numbered, min(last, 9))
+        further = sum(map(channels_of_group, ("electrical", water)), stations) + disk
+        every = catalogue(ChannelSet(3, last, last, last, flaps=MAX_FLAPS, gears=(0, GEARS), further=further))
+        every |= catalogue(ChannelSet(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
     known = {name.lower(): channel for channel in every.values() for name in channel.names}
     for name in names:  # coordinates have names of their model
         if re.match(r"[qv]_", name):
-            own = name.replace("_", " ")
-            unit = "rad" if re.search(r"yaw|generator|drivetrain|torsion$", own) else "m"
-            unit += "/s" if own[0] == "v" else ""
-            what = f"{'rate of' if own[0] == 'v' else 'generalised'} coordinate {own[2:]!r}"
-            known[name.lower()] = Channel(own, "", unit, "-", "-", what, (own[0], own[2:]))
+            coordinate = name.replace("_", " ")
+            unit = "rad" if re.search(r"yaw|generator|drivetrain|torsion$", coordinate) else "m"
+            unit += "/s" if coordinate[0] == "v" else ""
+            what = f"{'rate of' if coordinate[0] == 'v' else 'generalised'} coordinate {coordinate[2:]!r}"
+            known[name.lower()] = Channel(coordinate, "", unit, "-", "-", what, (coordinate[0], coordinate[2:]))
     return known
 
 

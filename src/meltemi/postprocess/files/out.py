@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
+from meltemi.postprocess.files.openfast import OutputColumns, columns_of, result_of
 from meltemi.simulation.result import Result
 from meltemi.wind_files.common import replacing, text_of
 
 LARGEST = 4_000_000_000
-"""[bytes] of an hour with many channels."""
+"""[bytes] size of an hour with many channels."""
 HEAD = 50
 """Number of lines that are searched for the names."""
 STARS = re.compile(r"\*+")
@@ -26,7 +26,7 @@ CLOSED = "This output file was closed"
 def read_out(path: str | Path) -> Result:
     """Read a text output of OpenFAST 2 to 5, in SI units; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
-    Numbers that Fortran could not write (``****``) become NaN. A last row that is cut, as by a run that was ended, is
+    Numbers that Fortran could not write (``****``) become NaN. A cut last row, such as that of an interrupted run, is
     left out; the result's ``warnings`` say so.
 
     Raises:
@@ -45,7 +45,7 @@ def read_out(path: str | Path) -> Result:
     data, warning = _numbers(lines, head + 2, len(names), path)
     about = (line.partition(":")[2].strip() for line in lines[:head] if line.startswith("Description"))
     return result_of(
-        Columns(tuple(names[1:]), tuple(units[1:]), data[:, 0], data[:, 1:], next(about, ""), warning), path
+        OutputColumns(tuple(names[1:]), tuple(units[1:]), data[:, 0], data[:, 1:], next(about, ""), warning), path
     )
 
 

@@ -14,7 +14,7 @@ All numbers are little-endian (``WrBinFAST`` and ``ReadFASTbinary`` of OpenFAST)
 | T int32 | kind 1: times |
 | T C | int16, or float64 in kind 3, row after row |
 
-A packed number stands for (number - offset) / scale.
+The value of a packed number is (number - offset) / scale.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.postprocess.files.openfast import Columns, columns_of, result_of
+from meltemi.postprocess.files.openfast import OutputColumns, columns_of, result_of
 from meltemi.simulation.result import Result
 from meltemi.wind_files.common import reading, replacing
 
@@ -47,8 +47,7 @@ LARGEST_OFFSET = 2.0**23
 def read_outb(path: str | Path) -> Result:
     """Read a binary output of OpenFAST 2 to 5, in SI units; see :func:`meltemi.postprocess.files.openfast.result_of`.
 
-    Of a file that ends before its header says, as a run that was ended leaves it, the whole rows are read; the result's
-    ``warnings`` say so.
+    The complete rows of a cut file, such as that of an interrupted run, are read; the result's ``warnings`` say so.
 
     Raises:
       InputError: the file is missing, damaged, of another kind, or cut before its first row ends.
@@ -59,7 +58,7 @@ def read_outb(path: str | Path) -> Result:
     return result_of(_columns(content, size, path), path)
 
 
-def _columns(content: bytes, size: int, path: Path) -> Columns:
+def _columns(content: bytes, size: int, path: Path) -> OutputColumns:
     place = 0
 
     def take(dtype: str, n: int, what: str) -> NDArray[np.generic]:
@@ -88,11 +87,11 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     names, units = (
         [_text(row) for row in take("u1", (n + 1) * width, "names").reshape(n + 1, width)] for _ in range(2)
     )
-    told, warning = rows, ""
+    announced, warning = rows, ""
     ticks = take("<i4", rows, "times").astype(float) if kind == WITH_TIME else None
     whole = (size - place) // (n * (8 if kind == UNPACKED else 2))
     if 0 < whole < rows:
-        rows, warning = whole, f"{path.name} is cut: {whole} of {told} rows are there"
+        rows, warning = whole, f"{path.name} is cut: {whole} of {announced} rows are there"
         size, ticks = place + rows * n * (8 if kind == UNPACKED else 2), None if ticks is None else ticks[:rows]
     packed = take("<f8" if kind == UNPACKED else "<i2", rows * n, "data")
     if place != size:
@@ -100,7 +99,7 @@ def _columns(content: bytes, size: int, path: Path) -> Columns:
     with np.errstate(all="ignore"):  # a channel of NaN has no scale
         data = (packed.reshape(rows, n).astype(float) - offset) / scale
         time = first + second * np.arange(rows, dtype=float) if ticks is None else (ticks - second) / first
-    return Columns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description, warning)
+    return OutputColumns(tuple(names[1:]), tuple(u.strip("()") for u in units[1:]), time, data, description, warning)
 
 
 def _text(codes: NDArray[np.generic]) -> str:
@@ -143,7 +142,7 @@ def write_outb(result: Result, path: str | Path) -> Path:
 
 
 def packed(data: Float) -> tuple[Float, Float, NDArray[np.int16]]:
-    """Scales (C,), offsets (C,) and numbers (T, C) that stand for data (T, C): number = scale data + offset.
+    """Scales (C,), offsets (C,) and packed numbers (T, C) of data (T, C): number = scale data + offset.
 
     The range of a channel takes up the 16 bits, but for a range that float32, in which scales and offsets are held,
     does not resolve.

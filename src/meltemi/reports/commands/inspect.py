@@ -15,9 +15,9 @@ def inspect(turbine: TurbineArgument, out: OutOption = Path("out")) -> None:
     from meltemi.reports.turbine_facts import fact_rows
 
     with simulation_bar(described.name) as progress:
-        seen, files = meltemi.analysis.inspect_turbine(described, out, progress=progress)
-    print_table(described.name, ["", "what", "value"], fact_rows(seen), text_columns=3)
+        overview, files = meltemi.analysis.inspect_turbine(described, out, progress=progress)
+    print_table(described.name, ["", "what", "value"], fact_rows(overview), text_columns=3)
     wrote(*files)
     suggest("run", turbine, "--wind-speed", 12, "--out", out)
     warn(meltemi.turbine.plausibility_warnings(described))
-    warn((f"{what}: {why}" for what, why in seen.problems.items()), "missing")
+    warn((f"{what}: {why}" for what, why in overview.problems.items()), "missing")

@@ -61,10 +61,10 @@ class IecOptions:
 
     def settings(self) -> dict[str, Any]:
         """The given settings, in SI units."""
-        found = {name: value for name, value in asdict(self).items() if value is not None and value is not False}
-        if found.pop("unscaled", False):
-            found["scaled"] = False
-        return found | ({"direction": radians(found["direction"])} if "direction" in found else {})
+        settings = {name: value for name, value in asdict(self).items() if value is not None and value is not False}
+        if settings.pop("unscaled", False):
+            settings["scaled"] = False
+        return settings | ({"direction": radians(settings["direction"])} if "direction" in settings else {})
 
 
 @dataclass(frozen=True)
@@ -106,10 +106,10 @@ def wind(
 
 def _evaluate(source: Path, turbine: str | None, file_format: str | None, out: Path) -> tuple[object, ...]:
     """Evaluate a wind file; returns the options of a run in it."""
-    found = _read(source)
-    _check_format(file_format, found)
+    wind = _read(source)
+    _check_format(file_format, wind)
     described = meltemi.load_turbine(turbine) if turbine else None
-    _look(found, described, out, file_format)
+    _look(wind, described, out, file_format)
     whole = source.suffix.lower() != ".csv"  # a run takes no hub-height series
     return ("--wind-file", source) if whole else ("--wind-speed", 12, "--turbulence", 0.14)
 
@@ -127,24 +127,24 @@ def _generate(
         _check_options(MODELS[name], settings)
         if field.hub_series is not None and MODELS[name].kind == "turbulent" and "steady" not in settings:
             settings["hub_series"] = meltemi.io.read_hub_csv(field.hub_series)
-    made = iec_wind(name, turbine=used, **settings)
-    if (given := [*field.given()]) and not isinstance(made, meltemi.TurbulentWind):
+    wind = iec_wind(name, turbine=used, **settings)
+    if (given := [*field.given()]) and not isinstance(wind, meltemi.TurbulentWind):
         raise InputError(f"{given[0]}: {name} does not generate a turbulent field; remove the option")
-    _check_format(file_format, made)
+    _check_format(file_format, wind)
     seconds = 600.0 if field.duration is None else field.duration
-    if isinstance(made, meltemi.TurbulentWind):
+    if isinstance(wind, meltemi.TurbulentWind):
         added, kind = None, file_format or "bts"
         if field.gust is not None:
             onto |= {n: settings[n] for n in ("wind_class", "edition", "intensity") if n in settings}
-            onto["speed"] = made.speed
+            onto["speed"] = wind.speed
             added = _gust(field.gust.upper(), used, onto, seconds, "periodic" in settings)
-        box = _field(made, used, seconds, field.width, added)
-        _look(replace(box, source=f"{name}, {box.label}"), used, out, kind, made if added is None else None)
+        box = _field(wind, used, seconds, field.width, added)
+        _look(replace(box, source=f"{name}, {box.label}"), used, out, kind, wind if added is None else None)
     else:
         kind = "uniform"
-        _look(made, used, out, kind)
+        _look(wind, used, out, kind)
     file = out / f"wind{SUFFIXES[kind]}"
-    of_run = ("--wind-speed", f"{made.speed:g}") if isinstance(made, meltemi.SteadyWind) else ("--wind-file", file)
+    of_run = ("--wind-speed", f"{wind.speed:g}") if isinstance(wind, meltemi.SteadyWind) else ("--wind-file", file)
     return (*of_run, "--duration", f"{seconds:g}")
 
 
@@ -201,11 +201,11 @@ def _gust(name: str, turbine: AnyTurbine, options: dict[str, Any], duration: flo
     _check_options(MODELS[name], options, "--gust ")
     if periodic:
         raise InputError(f"--periodic: the field repeats, and --gust {name} would repeat; remove one of the two")
-    found = iec_wind(name, turbine=turbine, **options)
-    assert isinstance(found, meltemi.WindSeries)
-    if found.time[0] >= duration:
-        raise InputError(f"--gust: {found.label} begins when the run of {duration:g} s is over; choose another --begin")
-    return found
+    gust = iec_wind(name, turbine=turbine, **options)
+    assert isinstance(gust, meltemi.WindSeries)
+    if gust.time[0] >= duration:
+        raise InputError(f"--gust: {gust.label} begins when the run of {duration:g} s is over; choose another --begin")
+    return gust
 
 
 def _read(path: Path) -> WindBox | WindSeries:
@@ -222,11 +222,7 @@ def _read(path: Path) -> WindBox | WindSeries:
 
 
 def _field(
-    described: TurbulentWind,
-    turbine: AnyTurbine,
-    duration: float,
-    width: float | None,
-    gust: WindSeries | None,
+    described: TurbulentWind, turbine: AnyTurbine, duration: float, width: float | None, gust: WindSeries | None
 ) -> WindBox:
     grid = meltemi.wind.wind_grid_for(turbine, described.points, width=width)
     with progress_bar(described.label) as progress:
@@ -235,7 +231,7 @@ def _field(
 
 
 def _look(
-    found: SteadyWind | WindSeries | WindBox,
+    wind: SteadyWind | WindSeries | WindBox,
     turbine: AnyTurbine | None,
     out: Path,
     file_format: str | None,
@@ -245,23 +241,23 @@ def _look(
     from meltemi.report.tables import field_rows, series_rows
 
     height = None if turbine is None else turbine.hub_height
-    if isinstance(found, meltemi.WindBox):
-        head, rows = field_rows(meltemi.wind.field_statistics(found, height))
+    if isinstance(wind, meltemi.WindBox):
+        head, rows = field_rows(meltemi.wind.field_statistics(wind, height))
     else:
-        head, rows = series_rows(meltemi.wind.series_statistics(found))
-    figures = meltemi.plots.plot_wind(found, turbine, target=target)
+        head, rows = series_rows(meltemi.wind.series_statistics(wind))
+    figures = meltemi.plots.plot_wind(wind, turbine, target=target)
     files: list[Path] = []
-    if file_format is not None and not isinstance(found, meltemi.SteadyWind):
-        files += meltemi.io.write_wind(found, out / f"wind{SUFFIXES[file_format]}", file_format)
+    if file_format is not None and not isinstance(wind, meltemi.SteadyWind):
+        files += meltemi.io.write_wind(wind, out / f"wind{SUFFIXES[file_format]}", file_format)
     files.append(meltemi.io.write_csv(out / "statistics.csv", head, rows))
     for name in FIGURES:
         if name in figures:
             files.append(write_figure(out / f"{name}.png", figures[name]))
         else:
             (out / f"{name}.png").unlink(missing_ok=True)  # of another wind
-    print_table(found.label, head, rows, text_columns=2)
-    if isinstance(found, meltemi.WindBox):
-        print(_size(found))
+    print_table(wind.label, head, rows, text_columns=2)
+    if isinstance(wind, meltemi.WindBox):
+        print(_size(wind))
     wrote(*files)
 
 

@@ -35,16 +35,18 @@ def polars_outside(
     turbine: Turbine, environment: Environment, position: Float, polars: Float, section: Float, index: NDArray[np.int64]
 ) -> tuple[Float, Float, NDArray[np.int64]]:
     """Polars of clean, dry blades with the effects of ice and rain; the index is then that of each blade."""
-    found = np.repeat(index[None, :], turbine.n_blades, axis=0)
+    nearest = np.repeat(index[None, :], turbine.n_blades, axis=0)
     if turbine.icing is not None:
         from meltemi.simulation.ice import iced_polars
 
-        polars, section, found = iced_polars(turbine, turbine.icing, position, polars, section, index)
+        polars, section, nearest = iced_polars(turbine, turbine.icing, position, polars, section, index)
     if environment.rain is not None:
         from meltemi.simulation.rain import wet_polars
 
-        polars, section, found = wet_polars(turbine, environment, environment.rain, position, polars, section, found)
-    return polars, section, found
+        polars, section, nearest = wet_polars(
+            turbine, environment, environment.rain, position, polars, section, nearest
+        )
+    return polars, section, nearest
 
 
 def aero_parameters(turbine: Turbine, layout: NodeLayout, environment: Environment, options: ModelOptions) -> Float:
@@ -142,7 +144,7 @@ def polars_of(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tu
     grid = np.linspace(-np.pi, np.pi, n)
     a = turbine.blade.aerodynamics
     tables = {name: _table(airfoil, grid, options) for name, airfoil in turbine.airfoils.items()}
-    found: dict[tuple[str, str, float], int] = {}
+    indices: dict[tuple[str, str, float], int] = {}
     polars: list[Float] = []
     sections: list[Float] = []
     index = np.zeros(len(layout.position), dtype=np.int64)
@@ -155,8 +157,8 @@ def polars_of(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tu
         elif w > 1.0 - 1e-6:
             inner, w = outer, 0.0
         key = (inner, outer, w)
-        if key not in found:
-            found[key] = len(polars)
+        if key not in indices:
+            indices[key] = len(polars)
             polar, section = tables[inner]
             if w > 0.0:
                 other, constants = tables[outer]
@@ -168,7 +170,7 @@ def polars_of(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tu
                     polar, section = _stall_columns(grid, polar, section)
             polars.append(polar)
             sections.append(section)
-        index[i] = found[key]
+        index[i] = indices[key]
     if options.rotational_augmentation != "none":
         return _augmented(turbine, layout, options, grid, [polars[i] for i in index], [sections[i] for i in index])
     return np.stack(polars), np.stack(sections), index
@@ -177,7 +179,7 @@ def polars_of(turbine: Turbine, layout: NodeLayout, options: ModelOptions) -> tu
 def _augmented(
     turbine: Turbine, layout: NodeLayout, options: ModelOptions, grid: Float, polars: list[Float], sections: list[Float]
 ) -> tuple[Float, Float, NDArray[np.int64]]:
-    """The same with a polar of its own for each node, corrected for the rotation of the blade."""
+    """Polars at the nodes with a separate polar for each node, corrected for the rotation of the blade."""
     from meltemi.aero.rotational_augmentation import augmented
 
     if options.advanced.stall_fit != "hansen":

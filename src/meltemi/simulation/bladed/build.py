@@ -39,7 +39,7 @@ from meltemi.simulation.parts import parts_of
 from meltemi.structure.beam import Beam
 from meltemi.structure.members import (
     MOST_RESIDUAL,
-    Member,
+    ModalMember,
     NodeLayout,
     blade_member,
     cells,
@@ -69,7 +69,7 @@ def build_bladed(
     """Make a model of a turbine with blades and tower.
 
     Args:
-      turbine, options, environment: as of ``build``.
+      turbine, options, environment: as for ``build``.
 
     Raises:
       UnsupportedError: the turbine or the options request a feature that is not modelled.
@@ -139,7 +139,7 @@ def build_bladed(
 
 def _members(
     turbine: Turbine, options: ModelOptions, blade_layout: NodeLayout, tower_layout: NodeLayout
-) -> tuple[Member, Float, Member]:
+) -> tuple[ModalMember, Float, ModalMember]:
     """Blade, its pieces between cell edges, and tower; errors as for :func:`build_bladed`."""
     given = options.mode_shapes == "given"
     with _about(f"{turbine.name}: blade.structure"):
@@ -156,11 +156,11 @@ def _members(
         make: Any = tower_member
         if turbine.support is not None:
             make = partial(import_module(SUPPORTED).supported_tower, turbine.support)
-        tower: Member = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
+        tower: ModalMember = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
     return blade, pieces, tower
 
 
-def _shapes(member: Member, layout: NodeLayout, lift: float = 0.0) -> Float:
+def _shapes(member: ModalMember, layout: NodeLayout, lift: float = 0.0) -> Float:
     """(6 modes, nodes) mode shapes at the nodes, which begin ``lift`` [m] above the end of the member."""
     at = member.modes.at(layout.position + lift)
     return at.transpose(0, 2, 1).reshape(6 * len(member.names), len(layout.position))
@@ -184,9 +184,9 @@ def blade_modes(turbine: Turbine, options: ModelOptions) -> dict[str, int]:
     usual = (3, 2, 1, 4) if structure.stiffness_matrix is not None else (2, 1, int(structure.twists), 0)
     if options.torsion_modes == 0 or options.mode_shapes == "given":
         usual = (*usual[:3], 0)
-    asked = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)
+    requested = (options.flap_modes, options.edge_modes, options.torsion_modes, options.residual_modes)
     kinds = ("flap", "edge", "torsion", "residual")
-    counts = {kind: n if given is None else given for kind, n, given in zip(kinds, usual, asked, strict=True)}
+    counts = {kind: n if given is None else given for kind, n, given in zip(kinds, usual, requested, strict=True)}
     many = any(counts[kind] > most for kind, most in zip(kinds, MOST_NATURAL, strict=False))
     if many and usual[3] and options.residual_modes is None:
         counts["residual"] = MOST_RESIDUAL
@@ -257,7 +257,7 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
     return points(position) if edges is None else cells(position)
 
 
-def _coordinates(turbine: Turbine, blade: Member, tower: Member) -> tuple[str, ...]:
+def _coordinates(turbine: Turbine, blade: ModalMember, tower: ModalMember) -> tuple[str, ...]:
     names = [name if name.startswith(("base ", "pile ")) else f"tower {name}" for name in tower.names] + ["", "", ""]
     rows = rows_of(len(names))
     names[rows.yaw], names[rows.generator], names[rows.torsion] = "yaw", "generator", "drivetrain"
@@ -310,7 +310,7 @@ def head_mass(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     return rigid_body(mass, centre, np.zeros((3, 3)))
 
 
-def _second(member: Member, position: Float) -> Float:
+def _second(member: ModalMember, position: Float) -> Float:
     """(3 k k, nodes) displacements of second order, component fastest, then mode, then mode."""
     k = len(member.names)
     return member.second_at(position).transpose(0, 1, 3, 2).reshape(3 * k * k, len(position))
@@ -372,7 +372,7 @@ def _node_rows(turbine: Turbine, pieces: Float, axis: Float) -> Float:
     return rows
 
 
-def _tower_matrix(tower: Member, top_mass: float) -> Float:
+def _tower_matrix(tower: ModalMember, top_mass: float) -> Float:
     k = len(tower.names)
     matrix = np.zeros((4, k, k))
     top = tower.modes.shape[:, -1, :3]
@@ -384,12 +384,12 @@ def _tower_matrix(tower: Member, top_mass: float) -> Float:
     return matrix
 
 
-def _tower_weight(tower: Member, top_mass: float) -> Float:
+def _tower_weight(tower: ModalMember, top_mass: float) -> Float:
     result: Float = -np.einsum("n,kn->k", _lumps(tower, top_mass), tower.modes.shape[:, :, 2])
     return result
 
 
-def _lumps(member: Member, top_mass: float) -> Float:
+def _lumps(member: ModalMember, top_mass: float) -> Float:
     """(n,) [kg] mass at the nodes of a member's mesh."""
     z = member.modes.z
     edges = np.concatenate([z[:1], 0.5 * (z[1:] + z[:-1]), z[-1:]])
@@ -398,7 +398,7 @@ def _lumps(member: Member, top_mass: float) -> Float:
     return mass
 
 
-def _tower_nodes(tower: Member, layout: NodeLayout, lift: float) -> Float:
+def _tower_nodes(tower: ModalMember, layout: NodeLayout, lift: float) -> Float:
     """Nodes of the tower, whose base is ``lift`` [m] above the end of its member."""
     array = TowerNode.zeros(node=len(layout.position))
     v = View(TowerNode, array)

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroMemory, AeroNode, AeroParameters, BladeFlow, InflowState, StallState, TowerFlow
-from meltemi.compiler import WIDTH, Record, Table, members
+from meltemi.compiler import WIDTH, KernelRecord, Table, members
 from meltemi.core.errors import InputError
 from meltemi.simulation.arena import aligned
 from meltemi.simulation.blades import BladeModel, blade_model
-from meltemi.simulation.channels import Channel, Contents, catalogue
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.parts import ParameterTables
 from meltemi.simulation.system import COMMON_SIGNALS, Outputs
 from meltemi.structure.equations import N_SHAFT
-from meltemi.structure.members import Member, NodeLayout
+from meltemi.structure.members import ModalMember, NodeLayout
 from meltemi.structure.tables import (
     BladeBody,
     BladeNode,
@@ -79,14 +79,14 @@ class BladedRotor:
     """
 
     in_lanes: ClassVar[bool] = True
-    sections: ClassVar[type[Record]] = Outputs
+    sections: ClassVar[type[KernelRecord]] = Outputs
     signals: ClassVar[dict[str, type[Table]]] = SIGNALS
     parameter_tables: ClassVar[ParameterTables] = (
         (StructureParameters, "structure", StructureParameters.names),
         (AeroParameters, "aero", AeroParameters.names),
     )
-    blade: Member
-    tower: Member
+    blade: ModalMember
+    tower: ModalMember
     blade_layout: NodeLayout
     tower_layout: NodeLayout
     gear_stages: tuple[int, int]
@@ -118,9 +118,9 @@ class BladedRotor:
     flap_actuators: Float
 
     @property
-    def system(self) -> type[Record]:
+    def system(self) -> type[KernelRecord]:
         """Class of the records that the kernels take; that of the structural model of the blades."""
-        record: type[Record] = blade_model(self.blade_model).System
+        record: type[KernelRecord] = blade_model(self.blade_model).System
         return record
 
     @property
@@ -181,16 +181,16 @@ class BladedRotor:
         B, nodes, K, M, nc = turbine.n_blades, sizes["node"], len(self.blade.names), len(self.tower.names), self.n_core
         tower_nodes = to_lanes(self.tower_flow.shape[1], lanes)
         tower_flow = filled(self.tower_flow, tower_nodes, WEIGHTS["tower_flow"])
-        own = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in MEMBERS}
-        own |= {name: array.copy() for name, array in self.blade_arrays.items()}
+        arrays = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in MEMBERS}
+        arrays |= {name: array.copy() for name, array in self.blade_arrays.items()}
         weights = WEIGHTS | {name: range(len(array)) for name, array in self.blade_arrays.items()}
         of_nodes = {
-            name: filled(own[name], tower_nodes if name == "tower_shape" else nodes, weights.get(name, ()))
+            name: filled(arrays[name], tower_nodes if name == "tower_shape" else nodes, weights.get(name, ()))
             for name in self.node_arrays
-            if name in own
+            if name in arrays
         }
         return {
-            **own,
+            **arrays,
             **of_nodes,
             "aero_options": self.aero_options.copy(),
             "columns": np.zeros((6, nc)),
@@ -234,7 +234,7 @@ BladedModel = Model[BladedRotor]
 def bladed_channels(model: BladedModel, stations: Stations) -> dict[str, Channel]:
     """All channels of a model and of its parts, by name."""
     return catalogue(
-        Contents(
+        ChannelSet(
             blades=model.n_blades,
             nodes=model.rotor.n_nodes,
             blade_stations=len(stations.blade),
@@ -264,7 +264,7 @@ def with_blades(model: Model[Any], what: str) -> BladedModel:
     """The model, which must have blades and a tower for ``what``.
 
     Raises:
-      InputError: it has a rotor with a power coefficient.
+      InputError: the model has a rotor with a power coefficient.
     """
     if not isinstance(model.rotor, BladedRotor):
         from meltemi.turbine.power_turbine import aeroelastic

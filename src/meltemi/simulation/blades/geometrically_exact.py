@@ -22,7 +22,7 @@ from meltemi.maths.rotations import angular_acceleration, rotation, rotation_vec
 from meltemi.maths.vectors import Rot, Vec, cross
 from meltemi.simulation import system
 from meltemi.structure.blades import blade_motion, tip_deflection
-from meltemi.structure.members import Member, NodeLayout
+from meltemi.structure.members import ModalMember, NodeLayout
 from meltemi.structure.tables import SectionLoads
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.exchange import BladeMotion
@@ -38,19 +38,19 @@ class CellShape(Table, axes="mode blade node", outer=1):
 class Cell(Table, axes="blade node"):
     """Cells and their present motion."""
 
-    span: Vectors = xyz("m", "from beginning to end, undeformed")
+    span: Vectors = xyz("m", "vector from beginning to end, undeformed")
     bend: Vectors = xyz("rad", "rotation vector of the end from the beginning, axes of the beginning")
     turn: Rotations = matrix("-", "orientation of the end from the beginning")
     begin: Rotations = matrix("-", "orientation of the beginning from the undeformed one, blade axes")
     tangent: Rotations = matrix("-", "angular velocity by the rate of ``bend``, blade axes")
-    arm: Vectors = xyz("m", "from beginning to end, blade axes")
+    arm: Vectors = xyz("m", "vector from beginning to end, blade axes")
 
 
 class TipCell(Table, axes="mode"):
     """Cell from the last node to the tip: in row 0 its span, then its deformation by the modes."""
 
-    displacement: Vectors = xyz("m or -", "of the tip from the node, axes of the node")
-    rotation: Vectors = xyz("rad/m", "of the tip from the node")
+    displacement: Vectors = xyz("m or -", "displacement of the tip relative to the node, axes of the node")
+    rotation: Vectors = xyz("rad/m", "rotation of the tip relative to the node")
 
 
 class System(system.System):
@@ -65,12 +65,12 @@ class System(system.System):
     SAME = {"cell_alone": "cell", "motion_alone": "motion"}  # noqa: RUF012
 
 
-def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
+def arrays(turbine: Turbine, blade: ModalMember, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
     """Cells, and the arrays that the kernels fill.
 
     Args:
-      turbine: its description.
-      blade: one of its blades with its modes.
+      turbine: description of the turbine.
+      blade: a blade of the turbine with its modes.
       layout: nodes of a blade.
     """
     B, K, N = turbine.n_blades, len(blade.names), len(layout.position)

@@ -10,16 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.simulation.system import System as System
-from meltemi.structure.members import Member, NodeLayout
+from meltemi.structure.members import ModalMember, NodeLayout
 from meltemi.turbine.definition import Turbine
 
 
-def arrays(turbine: Turbine, blade: Member, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
+def arrays(turbine: Turbine, blade: ModalMember, layout: NodeLayout) -> dict[str, NDArray[np.float64]]:
     """Arrays that the records have beyond those of every turbine with blades: none.
 
     Args:
-      turbine: its description.
-      blade: one of its blades with its modes.
+      turbine: description of the turbine.
+      blade: a blade of the turbine with its modes.
       layout: nodes of a blade.
     """
     return {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Channel, Contents, catalogue, channels_of_group, find, standard
+from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group, find, standard
 from meltemi.simulation.disk.rotor import DiskModel
 from meltemi.turbine.power_turbine import TableCoefficient
 
@@ -28,10 +28,10 @@ def disk_channels(model: DiskModel) -> dict[str, Channel]:
         missing.append(("rotor", "thrust"))
     parts = tuple(channel for part in model.parts for channel in part.channels())
     further = parts + channels_of_group("disk")
-    found = catalogue(Contents(blades=model.n_blades, coordinates=model.coordinates, further=further))
+    channels = catalogue(ChannelSet(blades=model.n_blades, coordinates=model.coordinates, further=further))
     return {
         name: channel
-        for name, channel in found.items()
+        for name, channel in channels.items()
         if channel.source not in missing
         and (channel.source[0] in (*WHOLE, "disk_flow") or channel.source[1] in SOME.get(channel.source[0], ()))
     }

@@ -56,9 +56,11 @@ def disk_point(
         # without acceleration the shaft carries the driving torque of the rotor
         case["q"][TORSION] = (float(rotor["torque"]) - friction * rotor_speed) / turbine.drivetrain.stiffness
         case.evaluate(0.0)
-    case.control.drive.generator_torque = asked = float(steady_torque(law, ratio * rotor_speed, angle))
+    case.control.drive.generator_torque = torque_demand = float(steady_torque(law, ratio * rotor_speed, angle))
     case.begin_parts()
-    imbalance += ratio * (asked - float(case.control.drive.generator_torque))  # what the machine cannot make is left
+    imbalance += ratio * (
+        torque_demand - float(case.control.drive.generator_torque)
+    )  # the torque that the generator cannot deliver is left
     case.loads(0.0)
     q, v = case["q"].copy(), case["v"].copy()
     channels = disk_channels(model)
@@ -67,7 +69,7 @@ def disk_point(
         rotor_speed=rotor_speed,
         pitch=angle,
         generator_speed=ratio * rotor_speed,
-        generator_torque=asked,
+        generator_torque=torque_demand,
         imbalance=imbalance,
         q=q,
         v=v,

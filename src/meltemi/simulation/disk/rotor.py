@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.coefficient import RotorCoefficient, coefficient_arrays
 from meltemi.aero.tables import AeroParameters
-from meltemi.compiler import Record, Table, View
+from meltemi.compiler import KernelRecord, Table, View
 from meltemi.control.actuators import FlapActuators
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.environment.rain import rain_parameters
@@ -43,8 +43,8 @@ class DiskRotor:
     """
 
     in_lanes: ClassVar[bool] = False
-    system: ClassVar[type[Record]] = DiskSystem
-    sections: ClassVar[type[Record]] = DiskSystem
+    system: ClassVar[type[KernelRecord]] = DiskSystem
+    sections: ClassVar[type[KernelRecord]] = DiskSystem
     signals: ClassVar[dict[str, type[Table]]] = COMMON_SIGNALS | {"disk_flow": DiskFlow}
     parameter_tables: ClassVar[ParameterTables] = (
         (StructureParameters, "structure", ("gear_ratio", "generator_inertia", "shaft_stiffness", "shaft_damping")),
@@ -75,7 +75,7 @@ class DiskRotor:
         return {name: t.shape(blade=turbine.n_blades, flap=0, mode=0) for name, t in self.signals.items()}
 
     def states(self, turbine: PowerTurbine, lanes: bool) -> dict[str, tuple[int, ...]]:
-        """None."""
+        """A power-coefficient turbine has no states of the aerodynamics."""
         return {}
 
     def arrays(self, turbine: PowerTurbine, wind: Wind, stations: Stations, lanes: bool) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from math import atan2, cos, exp, log, pi, sin, sqrt, tanh
 
-from meltemi.aero.coefficient import Coefficients, known, power_coefficient, thrust_coefficient
+from meltemi.aero.coefficient import PowerCoefficients, known, power_coefficient, thrust_coefficient
 from meltemi.compiler import Array2, Constant, Table, Vec, kernel, number
 from meltemi.environment.rain import RainParameters, rain_power_loss
 from meltemi.simulation.step import (
@@ -51,7 +51,7 @@ class DiskFlow(Table):
     rain_loss: float = number("W", "power loss to rain")
 
 
-class DiskSystem(AnySystem, Coefficients):
+class DiskSystem(AnySystem, PowerCoefficients):
     """A power-coefficient turbine; its coordinates are yaw, generator, torsion of the shaft."""
 
     disk: Disk
@@ -127,18 +127,18 @@ def shaft(m: DiskSystem) -> None:
     p, drive, disk, q, v, locked = m.structure, m.drive, m.disk, m.q, m.v, m.locked
     torque, speed, gear = m.rotor.torque, rotor_speed(m), p.gear_ratio
     brake = drive.brake_torque * tanh(gear * v[GENERATOR] / drive.brake_speed)
-    held = gear * (drive.generator_torque + brake)
+    shaft_torque = gear * (drive.generator_torque + brake)
     driving = torque - disk.friction * speed
     other = gear * gear * p.generator_inertia
     if locked[TORSION] > 0.0:
-        a_generator = (driving - held) / (disk.inertia + other)
+        a_generator = (driving - shaft_torque) / (disk.inertia + other)
         if locked[GENERATOR] > 0.0:
             a_generator = 0.0
         a_rotor = a_generator
     else:
         twist = p.shaft_stiffness * q[TORSION] + p.shaft_damping * v[TORSION]
         a_rotor = (driving - twist) / disk.inertia
-        a_generator = (twist - held) / other
+        a_generator = (twist - shaft_torque) / other
         if locked[GENERATOR] > 0.0:
             a_generator = 0.0
     m.a[YAW] = 0.0

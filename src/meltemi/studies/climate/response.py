@@ -139,7 +139,7 @@ def respond(
     """
     models = _models(turbine, setup, icing or Icing())
     progress(0.0, "steady operation")
-    starts = {key: [operating_point(model, v) for v in setup.speeds] for key, model in models.items()}
+    starts = {key: {v: operating_point(model, v) for v in setup.speeds} for key, model in models.items()}
     results: list[Float | FailedResult] = []
     winds = [(v, seed) for v in setup.speeds for seed in setup.seeds]
     duration = setup.begin + setup.length
@@ -155,14 +155,7 @@ def respond(
         progress(0.05 + 0.95 * done / len(winds), f"{v:g} m/s, seed {seed}")
         wind = generate_field(ntm(v, setup.wind_class, seed=seed, points=setup.points), turbine, duration)
         cases = [
-            Run(
-                model,
-                wind,
-                duration=duration,
-                channels=channels,
-                start=starts[key][setup.speeds.index(v)],
-                name=f"{key[0]}, {key[1]:g}",
-            )
+            Run(model, wind, duration=duration, channels=channels, start=starts[key][v], name=f"{key[0]}, {key[1]:g}")
             for key, model in models.items()
         ]
         results += cells(cases, reduce=reduced, workers=workers)
@@ -173,7 +166,7 @@ def respond(
     kept = [value for i, value in enumerate(results) if winds[i // len(models)][1] not in lost]
     # conditions, quantities, speeds, seeds
     values = np.array(kept).reshape(len(setup.speeds), len(setup.seeds), len(models), -1).transpose(2, 3, 0, 1)
-    rated_winds = [rated_wind(model, starts[key]) for key, model in models.items()]
+    rated_winds = [rated_wind(model, list(starts[key].values())) for key, model in models.items()]
     n = len(setup.densities)
     clean = values[:n]
     standard = build(turbine, setup.options, Environment(air_density=STANDARD))

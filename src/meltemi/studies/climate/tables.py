@@ -130,13 +130,9 @@ def month_table(year: SiteYear) -> Table:
             continue
         air, energy, base = year.density[at], year.by_period[at].sum(), year.base_by_period[at].sum()
         rain = sum(float(hours[at].sum()) for hours in climate.rain_hours.values())
-        hours = float(climate.hours[at].sum())
+        change, mean = 100.0 * (energy / base - 1.0), energy / 3600.0 / float(climate.hours[at].sum())
         row = [f"{air.min():.3f}", f"{np.average(air, weights=climate.hours[at]):.3f}", f"{air.max():.3f}"]
-        row += [
-            f"{energy / 3.6e9:.1f}",
-            f"{100.0 * (energy / base - 1.0):+.2f}",
-            f"{energy / 3600.0 / hours / 1e3:.0f}",
-        ]
+        row += [f"{energy / 3.6e9:.1f}", f"{change:+.2f}", f"{mean / 1e3:.0f}"]
         rows.append([str(month), *row, f"{rain:.0f}", f"{climate.icing_hours[at].sum():.0f}"])
     head = ["month", "least density\nkg/m³", "mean density\nkg/m³", "most density\nkg/m³", "energy\nMWh"]
     head += ["against 1.225 kg/m³\n%", "mean power\nkW", "rain\nh", "ice\nh"]

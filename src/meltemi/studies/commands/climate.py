@@ -57,9 +57,9 @@ def climate(
         with simulation_bar("climate") as progress:
             response = respond(described, extent, workers=workers, progress=lambda share, what: progress(share))
         failed = dict(book.failed)
-    found = SiteYears.of(response, [year])
-    (result,) = found.years.values()
-    tables = {"energy": energy_table(found), "loads": load_table(found), "months": month_table(result)}
+    sites = SiteYears.of(response, [year])
+    (result,) = sites.years.values()
+    tables = {"energy": energy_table(sites), "loads": load_table(sites), "months": month_table(result)}
     for table in tables.values():
         print_table(f"{described.name}, {year.name}: {table.caption}", table.head, table.texts)
     if year.missing:
@@ -74,6 +74,6 @@ def climate(
     files.append(
         meltemi.io.write_csv(out / "periods.csv", head, [[str(i), *row] for i, row in enumerate(rows, start=1)])
     )
-    wrote(*files, write_figure(out / "climate.png", years_figure(found)))
+    wrote(*files, write_figure(out / "climate.png", years_figure(sites)))
     suggest("power-curve", turbine, "--out", out)
     finish(cells(failed))

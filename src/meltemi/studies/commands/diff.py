@@ -27,27 +27,27 @@ def diff(
     """Compare two results channel by channel; writes a table and a plot."""
     first, second = meltemi.read_result(ours), meltemi.read_result(theirs)
     with progress_bar("differences") as progress:
-        found = meltemi.analysis.compare_results(first, second, channels, begin=begin, end=end, progress=progress)
+        differences = meltemi.analysis.compare_results(first, second, channels, begin=begin, end=end, progress=progress)
     from meltemi.studies.difference_plots import difference_rows, short_difference_rows
 
     labels = _labels(ours, theirs)
-    title, every = f"{labels[0]} against {labels[1]}", difference_rows(found, labels)
-    drawn = meltemi.plots.plot_differences(found, channels, labels=labels)
+    title, every = f"{labels[0]} against {labels[1]}", difference_rows(differences, labels)
+    drawn = meltemi.plots.plot_differences(differences, channels, labels=labels)
     files = write_results(out / "differences", every, drawn)
-    print_table(title, *short_difference_rows(found), text_columns=2, all_rows=every)
+    print_table(title, *short_difference_rows(differences), text_columns=2, all_rows=every)
     print(
         "mean, std, DEL: of the second result, and change of the first in percent; a mean near 0: in percent of the std"
     )
     print("DEL: damage-equivalent load, 1 Hz, slope 10 for blades, 3 for mooring lines, 4 for other loads")
     warn((*first.warnings, *second.warnings))
-    for note in found.notes:
+    for note in differences.notes:
         print(note)
-    for label, names in zip(labels, (found.only_first, found.only_second), strict=True):
+    for label, names in zip(labels, (differences.only_first, differences.only_second), strict=True):
         if names:
             more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
             print(f"only in {label}: {', '.join(names[:LISTED])}{more}")
     wrote(*files)
-    name = max(found.channels, key=lambda c: c.distance if c.distance == c.distance else 0.0).channel.name
+    name = max(differences.channels, key=lambda c: c.distance if c.distance == c.distance else 0.0).channel.name
     suggest(
         *(("channels", "--explain", name) if channels else ("diff", ours, theirs, "--channels", name, "--out", out))
     )

@@ -31,6 +31,9 @@ def observe(
     pairs = pairs_of(names, "--names", "COLUMN=CHANNEL") if names else {}
     described = load_aeroelastic(turbine, "meltemi observe")
     air = of_options({} if density is None else {"air_density": density}, meltemi.Environment, "--density")
+    expected = of_options(
+        {"reference_intensity": intensity}, meltemi.analysis.ExpectedTurbulence, "--reference-intensity"
+    )
     if signals.suffix.lower() == ".csv":
         measured = meltemi.io.read_signals(signals, pairs)
     elif pairs:
@@ -43,20 +46,20 @@ def observe(
     from meltemi.studies.observer_plots import estimate_rows, load_rows
 
     with simulation_bar(f"observer of {described.name}") as progress:
-        model, turbulence = meltemi.build(described, environment=air), meltemi.analysis.ExpectedTurbulence(intensity)
-        made = meltemi.analysis.observer(model, turbulence=turbulence, shear_exponent=shear, progress=progress)
-    found = made.estimate(measured, samples=samples)
+        model = meltemi.build(described, environment=air)
+        observer = meltemi.analysis.observer(model, turbulence=expected, shear_exponent=shear, progress=progress)
+    estimate = observer.estimate(measured, samples=samples)
     files = [
-        meltemi.io.write_netcdf(found.result, out / "estimate.nc"),
-        meltemi.io.write_csv(out / "estimate.csv", *estimate_rows(found)),
-        meltemi.io.write_csv(out / "equivalent-loads.csv", *load_rows(found, measured)),
-        write_figure(out / "estimate.png", meltemi.plots.plot_estimate(found, measured)),
+        meltemi.io.write_netcdf(estimate.result, out / "estimate.nc"),
+        meltemi.io.write_csv(out / "estimate.csv", *estimate_rows(estimate)),
+        meltemi.io.write_csv(out / "equivalent-loads.csv", *load_rows(estimate, measured)),
+        write_figure(out / "estimate.png", meltemi.plots.plot_estimate(estimate, measured)),
     ]
-    wind = found.result.evaluated["rotor_effective_wind"]
-    print_table(f"{described.name}: damage-equivalent loads, 1 Hz", *load_rows(found, measured), text_columns=2)
+    wind = estimate.result.evaluated["rotor_effective_wind"]
+    print_table(f"{described.name}: damage-equivalent loads, 1 Hz", *load_rows(estimate, measured), text_columns=2)
     print(f"rotor-effective wind {wind.mean():.2f} m/s, standard deviation {wind.std():.2f} m/s")
     print("estimate: of the estimated series alone; expected: with the part that the signals do not show, 90 % band")
     wrote(*files)
-    warn(found.result.warnings)
-    common = set(found.result.names) & set(measured.names)
+    warn(estimate.result.warnings)
+    common = set(estimate.result.names) & set(measured.names)
     suggest(*(("diff", out / "estimate.nc", signals) if common and not pairs else ("inspect", turbine)), "--out", out)

@@ -33,17 +33,17 @@ def flutter(
     from meltemi.studies.stability import flutter_rows, limit_text
 
     with simulation_bar("flutter", len(turns or ()), "points") as progress:
-        found = meltemi.analysis.flutter(described, turns, wind=wind, pitch=angle, progress=progress)
+        diagram = meltemi.analysis.flutter(described, turns, wind=wind, pitch=angle, progress=progress)
     rows = [
         [number(speed * 30.0 / pi), number(100.0 * least)]
-        for speed, least in zip(found.rotor_speed, found.least, strict=True)
+        for speed, least in zip(diagram.rotor_speed, diagram.least, strict=True)
     ]
-    title = f"{described.name}: least damped blade mode, wind {found.wind_speed:g} m/s"
-    print_table(title, ["rotor rpm", "damping %"], rows, 0, all_rows=flutter_rows(found))
-    print(limit_text(found))
-    wrote(*write_results(out / "flutter", flutter_rows(found), meltemi.plots.plot_flutter(found, described.name)))
+    title = f"{described.name}: least damped blade mode, wind {diagram.wind_speed:g} m/s"
+    print_table(title, ["rotor rpm", "damping %"], rows, 0, all_rows=flutter_rows(diagram))
+    print(limit_text(diagram))
+    wrote(*write_results(out / "flutter", flutter_rows(diagram), meltemi.plots.plot_flutter(diagram, described.name)))
     suggest("parked", turbine, "--out", out)
-    finish(at_speeds({speed * 30.0 / pi: why for speed, why in found.failures.items()}, "rpm"))
+    finish(at_speeds({speed * 30.0 / pi: why for speed, why in diagram.failures.items()}, "rpm"))
 
 
 def parked(
@@ -66,14 +66,16 @@ def parked(
 
     with simulation_bar("parked", len(yaws) * len(pitches), "points") as progress:
         axes = ([radians(angle) for angle in angles] for angles in (yaws, pitches))
-        found = meltemi.analysis.parked_stability(described, *axes, wind=wind, options=options, progress=progress)
-    rows = [[number(angle), *(number(100.0 * d) for d in row)] for angle, row in zip(yaws, found.damping, strict=True)]
+        result = meltemi.analysis.parked_stability(described, *axes, wind=wind, options=options, progress=progress)
+    rows = [[number(angle), *(number(100.0 * d) for d in row)] for angle, row in zip(yaws, result.damping, strict=True)]
     title = f"{described.name} at standstill, {wind.speed:g} m/s: smallest damping ratio [%] over yaw and pitch [deg]"
-    print_table(title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, 0, all_rows=parked_rows(found))
-    print(f"{(found.damping < 0.0).sum()} of {found.damping.size} points have a mode with negative damping (unstable)")
-    wrote(*write_results(out / "parked", parked_rows(found), meltemi.plots.plot_parked(found, described.name)))
+    print_table(title, ["yaw", *(f"pitch {number(angle)}" for angle in pitches)], rows, 0, all_rows=parked_rows(result))
+    print(
+        f"{(result.damping < 0.0).sum()} of {result.damping.size} points have a mode with negative damping (unstable)"
+    )
+    wrote(*write_results(out / "parked", parked_rows(result), meltemi.plots.plot_parked(result, described.name)))
     suggest("loads", "plan", turbine, "--class", "IB", "--quick")
     finish(
         f"failed at a yaw of {degrees(where):g} deg and a pitch of {degrees(angle):g} deg: {why}"
-        for (where, angle), why in found.failures.items()
+        for (where, angle), why in result.failures.items()
     )

@@ -60,22 +60,22 @@ def yaw_limits(
         run_store(out, repr(("yaw-limits", described.content_hash()))) as book,
         simulation_bar("yaw limits") as progress,
     ):
-        found = study.find_limits(
+        limits = study.find_limits(
             model, range(1, seeds + 1), wind_class=wind_class, speeds=speeds, errors=errors, limit=limit,
             allowance=allowance, length=duration, workers=workers, progress=progress,
         )  # fmt: skip
         failed = dict(book.failed)
-    head, rows = study.limit_rows(found)
+    head, rows = study.limit_rows(limits)
     print_table(f"{described.name}: largest load over its limit, over the yaw error", head, rows)
-    print(f"limits: {study.limit_words(found)}")
-    least, *_, most = np.degrees(found.errors)
-    if free := _listed(found.speeds[found.use.max(axis=1) <= 1.0]):
+    print(f"limits: {study.limit_words(limits)}")
+    least, *_, most = np.degrees(limits.errors)
+    if free := _listed(limits.speeds[limits.use.max(axis=1) <= 1.0]):
         print(f"no limit is reached at {free} m/s: {most:g} deg is the largest of --yaw-errors")
-    if over := _listed(found.speeds[found.use[:, 0] > 1.0]):
+    if over := _listed(limits.speeds[limits.use[:, 0] > 1.0]):
         say(f"warning: at {over} m/s loads exceed their limits at {least:g} deg already: no yaw error is allowed")
-    case = _case(turbine_key(turbine), described.cut_out, *found.base_points, settings)
+    case = _case(turbine_key(turbine), described.cut_out, *limits.base_points, settings)
     write_record(of_options(case, meltemi.io.LoadCase, "yaw_limits.yaml"), out / "yaw_limits.yaml")
-    wrote(*write_results(out / "yaw_limits", (head, rows), study.plot_limits(found)), out / "yaw_limits.yaml")
+    wrote(*write_results(out / "yaw_limits", (head, rows), study.plot_limits(limits)), out / "yaw_limits.yaml")
     suggest("run", out / "yaw_limits.yaml", "--out", out / "run")
     finish(cells(failed))
 
@@ -113,10 +113,10 @@ def _limits(text: str) -> dict[str, float]:
     from meltemi.studies.yaw_limits import UNITS
 
     names = {name.replace(" ", "-"): name for name in UNITS}
-    found = numbers_of(text, "--load-limits", "name=number")
-    for name, value in found.items():
+    values = numbers_of(text, "--load-limits", "name=number")
+    for name, value in values.items():
         if name not in names:
             raise InputError(f"--load-limits: no load {name!r}: {did_you_mean(name, names)}")
         if not 0.0 < value < float("inf"):
             raise InputError(f"--load-limits {name}={value:g}: expected a positive number")
-    return {names[name]: value for name, value in found.items()}
+    return {names[name]: value for name, value in values.items()}

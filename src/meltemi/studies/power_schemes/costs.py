@@ -63,13 +63,8 @@ MOVES = np.radians(0.1)
 """[rad/s] from which a blade counts as moving."""
 TOWER, ROOT, SHAFT = "tower_base_moment_fore_aft", "root_moment_out_of_plane_1", "rotor_torque"
 CHANNELS = ("generator_power", "power_reference", "rotor_speed", "pitch_1", TOWER, ROOT, SHAFT)
-PITCH, MOVING, TRACKING, ENERGY, SPEED = (
-    "pitch travel",
-    "time with moving pitch",
-    "tracking error",
-    "mean power",
-    "scatter of speed",
-)
+PITCH, MOVING, TRACKING = "pitch travel", "time with moving pitch", "tracking error"
+ENERGY, SPEED = "mean power", "scatter of speed"
 TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD = "tower base fore-aft DEL", "blade root DEL", "shaft torque DEL"
 SLOPES = {TOWER_LOAD: 4.0, ROOT_LOAD: 10.0, SHAFT_LOAD: 4.0}
 UNITS = {
@@ -147,40 +142,29 @@ class Costs:
 def study(turbine: Turbine, quick: bool, *, workers: int | None, progress: Progress) -> Costs:
     """The schemes at all levels in all winds, and A2 with other upper speeds; ``quick``: few short runs."""
     setup, schemes = (QUICK, ("A0", "A2")) if quick else (FULL, SCHEMES)
-    performance, questions = (
-        performance_of(turbine),
-        [(s, level) for s in (STEADY, FOLLOWING) for level in setup.levels],
-    )
+    performance = performance_of(turbine)
+    demands = [(signal, level) for signal in (STEADY, FOLLOWING) for level in setup.levels]
     rated = turbine.control.pitch.reference_speed / turbine.drivetrain.gear_ratio
 
     def law(**settings: Any) -> Controller:
         return PowerController(turbine, performance, PowerControl.model_validate(settings))
 
-    laws = {scheme: law(scheme=scheme) for scheme in schemes}
-    costs = _compared(
-        turbine, setup, questions, laws, workers, lambda share, what: progress(0.75 * share, what), "schemes"
-    )
+    def compared(
+        questions: Sequence[tuple[str, float]], laws: Mapping[str, Controller], begin: float, end: float, what: str
+    ) -> Tables:
+        """The controllers in all winds, by demand, in a part of the progress."""
+
+        def part(share: float, step: str) -> None:
+            progress(begin + (end - begin) * share, step)
+
+        rows = rows_of(turbine, setup, questions, laws, workers, part, what)
+        return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
+
+    costs = compared(demands, {scheme: law(scheme=scheme) for scheme in schemes}, 0.0, 0.75, "schemes")
     others = {f"A2, {100.0 * x:.0f} %": law(scheme="A2", upper_speed=x * rated) for x in UPPER[:: 3 if quick else 1]}
     laws = {"A2": law(scheme="A2"), "A0": law(scheme="A0"), "A1": law(scheme="A1"), **others}
-    level = [(STEADY, FRONT_LEVEL)]
-    front = _compared(
-        turbine, setup, level, laws, workers, lambda share, what: progress(0.75 + 0.25 * share, what), "upper speeds"
-    )
+    front = compared([(STEADY, FRONT_LEVEL)], laws, 0.75, 1.0, "upper speeds")
     return Costs(costs, next(iter(front.values())))
-
-
-def _compared(
-    turbine: Turbine,
-    setup: SchemeSetup,
-    questions: Sequence[tuple[str, float]],
-    laws: Mapping[str, Controller],
-    workers: int | None,
-    progress: Progress,
-    what: str,
-) -> Tables:
-    """Compare controllers in all winds, by demand; ``what`` names the comparison."""
-    rows = rows_of(turbine, setup, questions, laws, workers, progress, what)
-    return {question: ensemble_table(of, SLOPES) for question, of in rows.items()}
 
 
 def rows_of(
@@ -209,16 +193,7 @@ def rows_of(
                     model, wind, duration=duration, controller=law, name=f"{what}, {signal} {level:g} {scheme}", **given
                 )
 
-    return by_seed(
-        setup.seeds,
-        questions,
-        tuple(laws),
-        cases,
-        reduced,
-        workers=workers,
-        progress=progress,
-        what=what,
-    )
+    return by_seed(setup.seeds, questions, tuple(laws), cases, reduced, workers=workers, progress=progress, what=what)
 
 
 def front_figure(front: EnsembleTable) -> Figure:

@@ -61,9 +61,11 @@ def bench_controller(
         "changes against the reference in the same winds, with 95 % intervals; speed over its reference, clearance over"
     )
     print("that of the undeflected blade: worst case; phase and gain margins: smallest of all wind speeds")
-    found = bench.all_verdicts()
-    failing = tables.verdict_rows({name: [v for v in own if v.passed is False] for name, own in found.items()})
-    print_table("Criteria that fail", *failing, text_columns=2, all_rows=tables.verdict_rows(found))
+    verdicts = bench.all_verdicts()
+    failing = tables.verdict_rows(
+        {name: [v for v in criteria if v.passed is False] for name, criteria in verdicts.items()}
+    )
+    print_table("Criteria that fail", *failing, text_columns=2, all_rows=tables.verdict_rows(verdicts))
     seconds = sum(case.duration for case in bench.cases) * len(labels)
     print(f"{seconds:.0f} s simulated in {time.perf_counter() - began:.0f} s")
     wrote(*files)

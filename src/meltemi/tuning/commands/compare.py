@@ -76,8 +76,8 @@ def compare(
     if pitch_actuator is not None:
         described = described.replace(**{"pitch_actuator.kind": pitch_actuator})
     if controllers is None:
-        own, note = turbine_controller(described, otherwise=names[0])
-        names = list(dict.fromkeys((own, *names)))
+        controller, note = turbine_controller(described, otherwise=names[0])
+        names = list(dict.fromkeys((controller, *names)))
         if note:
             say(f"note: {note}")
     bare, described = described, equipped(described, names)
@@ -151,10 +151,10 @@ def _winds(given: Mapping[str, Any], turbine: Turbine, duration: float, seeds: r
 
     described = wind_of_options(given)
     data = {"turbine": turbine.name, "wind": described, "duration": duration}
-    found = case_wind(of_options(data, meltemi.io.LoadCase), turbine, Path())
-    if not isinstance(found, meltemi.TurbulentWind):
-        raise InputError(f"{found.label} is not turbulent, so seeds do not apply: use --ntm, --iec ETM or --turbulence")
-    return [found.replace(seed=each) for each in seeds]
+    wind = case_wind(of_options(data, meltemi.io.LoadCase), turbine, Path())
+    if not isinstance(wind, meltemi.TurbulentWind):
+        raise InputError(f"{wind.label} is not turbulent, so seeds do not apply: use --ntm, --iec ETM or --turbulence")
+    return [wind.replace(seed=each) for each in seeds]
 
 
 def _wind_label(given: Mapping[str, Any], wind: TurbulentWind) -> str:

@@ -17,16 +17,17 @@ from meltemi.postprocess.ensemble import (
     mean_interval,
     rayleigh_weights,
 )
+from meltemi.report.tables import Rows
 from meltemi.tuning.controller_bench.margins import OpenLoop
 from meltemi.tuning.controller_bench.suite import BenchCase, BenchLimits
-from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, LoopMargins, Standing, Verdict, decibel
+from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, LoopMargins, Standing, decibel
 
 Numbers = Mapping[str, float]
 
-LEFT = 0.9
-"""Share of the reference speed above which there was no stop."""
+STILL_RUNNING = 0.9
+"""Fraction of the reference speed above which the turbine has not stopped."""
 HOURS = 8766.0
-"""[h] of a year."""
+"""[h] hours of a year."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,20 +35,20 @@ class ControllerBench(Brief):
     """Controllers in the same cases of a fixed suite.
 
     Attributes:
-      turbine: name.
-      wind_class: of the winds.
-      controllers: names; the first is the reference.
-      about: of each controller.
+      turbine: name of the turbine.
+      wind_class: class of the winds.
+      controllers: names of the controllers; the first is the reference.
+      about: description of each controller.
       supervised: names of those whose starts and stops are those of meltemi's supervisor.
-      cases: of the suite.
-      numbers: by case and controller; without the runs that did not reach their end.
+      cases: cases of the suite.
+      numbers: numbers by case and controller; without the runs that did not reach their end.
       failures: messages by case and controller.
-      loops: measured speed loops by controller, by wind speed.
-      blade_loops: the same of loops on the blades' root moments, at wind speeds where the pitch is away from its
+      loops: measured speed loops by controller, one for each wind speed.
+      blade_loops: measured loops on the blades' root moments, at wind speeds where the pitch is away from its
         minimum; without the controllers that have none.
-      speeds: [m/s] of normal turbulence.
-      mean_speed: [m/s] of the Rayleigh distribution of the lifetime.
-      limits: of the verdicts.
+      speeds: [m/s] wind speeds of normal turbulence.
+      mean_speed: [m/s] mean of the Rayleigh distribution of the lifetime.
+      limits: limits of the verdicts.
     """
 
     turbine: str
@@ -91,12 +92,12 @@ class ControllerBench(Brief):
         Each seed number has a run at every wind speed; those with a run missing for either are left out.
         """
         names = list(dict.fromkeys((self.reference, controller)))
-        found = [self._by_seed(name) for name in names]
-        seeds = [k for k in found[0] if all(k in each for each in found)]
+        by_seed = [self._by_seed(name) for name in names]
+        seeds = [k for k in by_seed[0] if all(k in each for each in by_seed)]
         if not seeds:
             return None
         slopes = {f"{load} DEL": slope for load, slope in SLOPES.items()}
-        return ensemble_table({k: {n: each[k] for n, each in zip(names, found, strict=True)} for k in seeds}, slopes)
+        return ensemble_table({k: {n: each[k] for n, each in zip(names, by_seed, strict=True)} for k in seeds}, slopes)
 
     def lifetimes(self) -> dict[str, EnsembleTable | None]:
         """:meth:`lifetime` of all controllers, the reference first."""
@@ -107,42 +108,36 @@ class ControllerBench(Brief):
         for case, numbers in self.of(controller, "production").items():
             assert case.seed is not None
             runs.setdefault(case.seed % 100, {})[case.speed] = numbers
-        return {k: self._lifetime_of(own) for k, own in runs.items() if set(own) == set(self.speeds)}
+        return {k: self._lifetime_of(by_speed) for k, by_speed in runs.items() if set(by_speed) == set(self.speeds)}
 
     def _lifetime_of(self, runs: Mapping[float, Numbers]) -> dict[str, float]:
         weights = rayleigh_weights(self.speeds, self.mean_speed)
         by_speed = [runs[v] for v in self.speeds]
-        found = {
-            f"{load} DEL": lifetime_del(
-                self.speeds, [r[f"{load} DEL"] for r in by_speed], slope=slope, mean_speed=self.mean_speed
-            )
-            for load, slope in SLOPES.items()
-        }
+        lifetime = {}
+        for name, slope in ((f"{load} DEL", slope) for load, slope in SLOPES.items()):
+            loads = [r[name] for r in by_speed]
+            lifetime[name] = lifetime_del(self.speeds, loads, slope=slope, mean_speed=self.mean_speed)
+        lifetime["energy"] = HOURS * 3600.0 * float(weights @ [r["power mean"] for r in by_speed])
         share = weights / weights.sum()
-        found["energy"] = HOURS * 3600.0 * float(weights @ [r["power mean"] for r in by_speed])
-        for name in (
-            "power std",
-            "generator speed std",
-            "pitch travel",
-            *(name for name in ("flap travel", "tracking error") if name in by_speed[0]),
-        ):
-            found[name] = float(share @ [r[name] for r in by_speed])
-        return found
+        for name in ("power std", "generator speed std", "pitch travel", "flap travel", "tracking error"):
+            if name in by_speed[0]:
+                lifetime[name] = float(share @ [r[name] for r in by_speed])
+        return lifetime
 
     def extremes(self, controller: str) -> dict[str, tuple[float, str]]:
         """Largest loads, with their cases, of production and extreme events."""
-        found = self.of(controller, "production") | self.of(controller, "extreme")
-        if not found:
+        cases = self.of(controller, "production") | self.of(controller, "extreme")
+        if not cases:
             return {}
-        return {load: max((n[f"{load} max"], case.name) for case, n in found.items()) for load in SLOPES}
+        return {load: max((n[f"{load} max"], case.name) for case, n in cases.items()) for load in SLOPES}
 
     def paired(self, controller: str, situation: str, quantity: str) -> MeanEstimate | None:
         """Relative change of a quantity in a situation against the reference, over all its cases."""
-        own, base = self.of(controller, situation=situation), self.of(self.reference, situation=situation)
-        common = [case for case in base if case in own]
-        return mean_interval([own[c][quantity] / base[c][quantity] - 1.0 for c in common]) if common else None
+        numbers, base = self.of(controller, situation=situation), self.of(self.reference, situation=situation)
+        common = [case for case in base if case in numbers]
+        return mean_interval([numbers[c][quantity] / base[c][quantity] - 1.0 for c in common]) if common else None
 
-    def verdicts(self, controller: str) -> tuple[Verdict, ...]:
+    def verdicts(self, controller: str) -> tuple[CriterionVerdict, ...]:
         """Outcome of all criteria for a controller, against the limits.
 
         Raises:
@@ -152,12 +147,12 @@ class ControllerBench(Brief):
             raise InputError(f"no controller {controller!r} on the bench: {did_you_mean(controller, self.controllers)}")
         return tuple(_verdicts(self, controller))
 
-    def all_verdicts(self) -> dict[str, tuple[Verdict, ...]]:
+    def all_verdicts(self) -> dict[str, tuple[CriterionVerdict, ...]]:
         """:meth:`verdicts` of all controllers, the reference first."""
         return {name: self.verdicts(name) for name in self.controllers}
 
     def judged(self, limits: BenchLimits) -> ControllerBench:
-        """The same runs against other limits."""
+        """The bench with the same runs, judged by other limits."""
         return replace(self, limits=limits)
 
     def leaderboard(self) -> tuple[Standing, ...]:
@@ -167,7 +162,7 @@ class ControllerBench(Brief):
         return tuple(sorted(standings, key=lambda s: (s.controller in lost, s.failed)))
 
     def _standing(self, name: str) -> Standing:
-        found = self.verdicts(name)
+        verdicts = self.verdicts(name)
         table = self.lifetime(name)
         energy, blade, tower = (
             table.entry(q, name).change if table and name != self.reference else None
@@ -176,8 +171,8 @@ class ControllerBench(Brief):
         grid, producing = _with_grid(self, name).values(), _producing(self, name).values()
         return Standing(
             name,
-            sum(v.passed is False for v in found),
-            sum(v.passed is not None for v in found),
+            sum(v.passed is False for v in verdicts),
+            sum(v.passed is not None for v in verdicts),
             energy,
             blade,
             tower,
@@ -193,13 +188,13 @@ class ControllerBench(Brief):
         from meltemi.reports.blocks import Marked
         from meltemi.tuning.controller_bench import tables
 
-        found = self.all_verdicts()
+        verdicts = self.all_verdicts()
         facts = [(name, self.about.get(name, "")) for name in self.controllers]
         facts[0] = (f"{self.reference} (reference)", facts[0][1])
-        table = tables.criteria_table(found)
+        table = tables.criteria_table(verdicts)
         cells = [[badge(str(c), c.kind) if isinstance(c, Marked) else str(c) for c in row] for row in table.rows]
 
-        def fold(title: str, rows: tables.Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
+        def fold(title: str, rows: Rows, note: str = "", *, open: bool = False) -> Fold:  # noqa: A002
             return Fold(title, rows[1], [" ".join(h.split()) for h in rows[0]], note=note, open=open)
 
         against = f"changes are against {self.reference}"
@@ -219,25 +214,21 @@ class ControllerBench(Brief):
         return Card("Controller bench", lead, facts, sections)
 
 
-def _verdicts(bench: ControllerBench, controller: str) -> list[Verdict]:
+def _verdicts(bench: ControllerBench, controller: str) -> list[CriterionVerdict]:
     limits = bench.limits
     lost = [case for case, name in bench.failures if name == controller]
-    tests = [Verdict("failed runs", len(lost), 0.0, "", not lost, lost[0] if lost else "")]
+    tests = [CriterionVerdict("failed runs", len(lost), 0.0, "", not lost, lost[0] if lost else "")]
 
     def worst(name: str, of: Mapping[BenchCase, Numbers], key: str, limit: float, *, least: bool = False) -> None:
         if of:
             case = (min if least else max)(of, key=lambda c: of[c][key])
             value = of[case][key]
             ok = value >= limit if least else value <= limit
-            tests.append(Verdict(name, 100.0 * value, 100.0 * limit, "%", ok, case.name))
+            tests.append(CriterionVerdict(name, 100.0 * value, 100.0 * limit, "%", ok, case.name))
 
     worst("generator speed", _with_grid(bench, controller), "generator speed max", limits.over_speed)
-    worst(
-        "generator speed after grid loss",
-        bench.of(controller, situation="grid loss"),
-        "generator speed max",
-        limits.grid_loss_speed,
-    )
+    grid_loss = bench.of(controller, situation="grid loss")
+    worst("generator speed after grid loss", grid_loss, "generator speed max", limits.grid_loss_speed)
     worst("tower clearance", _producing(bench, controller), "tower clearance", limits.clearance, least=True)
     tests += _margin_verdicts("speed loop", bench.loops[controller], limits)
     tests += _margin_verdicts("blade loops", bench.blade_loops.get(controller, ()), limits)
@@ -245,11 +236,8 @@ def _verdicts(bench: ControllerBench, controller: str) -> list[Verdict]:
         tests += _changes(bench, controller, limits)
     if table := bench.lifetime(controller):
         travel = table.entry("pitch travel", controller).value
-        rate = math.degrees(travel.mean)
-        most = math.degrees(limits.pitch_travel)
-        tests.append(
-            Verdict("pitch travel", rate, most, "deg/s", rate <= most, "lifetime", math.degrees(travel.half_width))
-        )
+        rate, width, most = (math.degrees(x) for x in (travel.mean, travel.half_width, limits.pitch_travel))
+        tests.append(CriterionVerdict("pitch travel", rate, most, "deg/s", rate <= most, "lifetime", width))
     return [*tests, *_operation(bench, controller, limits)]
 
 
@@ -261,8 +249,8 @@ def _producing(bench: ControllerBench, controller: str) -> dict[BenchCase, Numbe
     return {c: n for c, n in bench.of(controller).items() if c.situation.group != "operation"}
 
 
-def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits) -> Iterator[Verdict]:
-    """Of the speed loop, or of the blade loops, which have no delay margin and fail where they are not damped."""
+def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits) -> Iterator[CriterionVerdict]:
+    """Verdicts on the speed loop, or on the blade loops, which have no delay margin and fail if they are undamped."""
     blades = where == "blade loops"
     bent = [loop for loop in loops if not loop.linear]
     rows = (
@@ -270,75 +258,58 @@ def _margin_verdicts(where: str, loops: Sequence[OpenLoop], limits: BenchLimits)
         ("gain margin", "gain_margin", decibel, limits.gain_margin, "dB"),
         ("delay margin", "delay_margin", float, limits.delay_margin, "s"),
     )
+    linear, unknown = [loop for loop in loops if loop.linear], False if blades else None
     for kind, attribute, shown, limit, unit in rows[: 2 if blades else 3] if loops else ():
-        name = f"{where}: {kind}"
-        kept = [loop for loop in loops if loop.linear]
-        if kept:
-            least = min(kept, key=lambda loop, a=attribute: getattr(loop, a))  # type: ignore[misc]
-            value = getattr(least, attribute)
-            unknown = False if blades else None
-            passed = unknown if bent and value >= limit else value >= limit
-            words = f"{least.wind_speed:g} m/s" if math.isfinite(value) else "gain below one everywhere"
+        name, value, passed, words = f"{where}: {kind}", math.nan, unknown, "no linear response"
+        if linear:
+            least = min(linear, key=lambda loop, a=attribute: getattr(loop, a))  # type: ignore[misc]
+            margin = getattr(least, attribute)
+            value = shown(margin) if math.isfinite(margin) else math.inf
+            passed = unknown if bent and margin >= limit else margin >= limit
+            words = f"{least.wind_speed:g} m/s" if math.isfinite(margin) else "gain below one everywhere"
             if bent:
                 words += f"; no linear response at {', '.join(f'{b.wind_speed:g}' for b in bent)} m/s"
-            yield Verdict(name, shown(value) if math.isfinite(value) else math.inf, shown(limit), unit, passed, words)
-        else:
-            yield Verdict(name, math.nan, shown(limit), unit, False if blades else None, "no linear response")
+        yield CriterionVerdict(name, value, shown(limit), unit, passed, words)
 
 
-def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:
+def _changes(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[CriterionVerdict]:
     if table := bench.lifetime(controller):
         energy = table.entry("energy", controller).change
         assert energy is not None
-        least = -limits.energy_loss
-        yield Verdict(
-            "energy",
-            100.0 * energy.mean,
-            100.0 * least,
-            "%",
-            energy.mean >= least,
-            "lifetime",
-            100.0 * energy.half_width,
-        )
+        yield _of_change("energy", energy, -limits.energy_loss, energy.mean >= -limits.energy_loss, "lifetime")
         changes = {load: table.entry(f"{load} DEL", controller).change for load in SLOPES}
         load, change = max(((n, c) for n, c in changes.items() if c), key=lambda pair: pair[1].mean)
-        limit = limits.load_increase
-        yield Verdict(
-            "lifetime loads",
-            100.0 * change.mean,
-            100.0 * limit,
-            "%",
-            change.mean <= limit,
-            NAMES[load],
-            100.0 * change.half_width,
+        yield _of_change(
+            "lifetime loads", change, limits.load_increase, change.mean <= limits.load_increase, NAMES[load]
         )
-    base, own = bench.extremes(bench.reference), bench.extremes(controller)
-    if base and own:
-        growth, load = max((own[n][0] / base[n][0] - 1.0, n) for n in SLOPES)
+    base, extremes = bench.extremes(bench.reference), bench.extremes(controller)
+    if base and extremes:
+        growth, load = max((extremes[n][0] / base[n][0] - 1.0, n) for n in SLOPES)
         limit = limits.extreme_increase
-        yield Verdict(
-            "extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{NAMES[load]}: {own[load][1]}"
+        yield CriterionVerdict(
+            "extreme loads", 100.0 * growth, 100.0 * limit, "%", growth <= limit, f"{NAMES[load]}: {extremes[load][1]}"
         )
 
 
-def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[Verdict]:
+def _of_change(name: str, change: MeanEstimate, limit: float, passed: bool, where: str) -> CriterionVerdict:
+    """The verdict on a relative change, in percent."""
+    return CriterionVerdict(name, 100.0 * change.mean, 100.0 * limit, "%", passed, where, 100.0 * change.half_width)
+
+
+def _operation(bench: ControllerBench, controller: str, limits: BenchLimits) -> Iterator[CriterionVerdict]:
+    supervised = controller in bench.supervised
     for situation in ("normal stop", "emergency stop"):
-        if found := bench.of(controller, situation=situation):
-            case = max(found, key=lambda c: found[c]["stop time"])
-            time, follows = found[case]["stop time"], found[case]["end speed"] < LEFT
-            none = not follows and controller not in bench.supervised
-            passed = None if none else time <= limits.stop_time
-            yield Verdict(
-                situation,
-                math.nan if none else time,
-                limits.stop_time,
-                "s",
-                passed,
-                "not offered" if none else case.name,
-            )
-    if found := bench.of(controller, situation="start"):
-        connected = {case: n["end power"] > 0.0 for case, n in found.items()}
-        none = not any(connected.values()) and controller not in bench.supervised
-        share = math.nan if none else sum(connected.values())
-        passed = None if none else all(connected.values())
-        yield Verdict("start", share, len(connected), "of cases", passed, "not offered" if none else "power at the end")
+        if cases := bench.of(controller, situation=situation):
+            case = max(cases, key=lambda c: cases[c]["stop time"])
+            time, limit = cases[case]["stop time"], limits.stop_time
+            if supervised or cases[case]["end speed"] < STILL_RUNNING:
+                yield CriterionVerdict(situation, time, limit, "s", time <= limit, case.name)
+            else:
+                yield CriterionVerdict(situation, math.nan, limit, "s", None, "not offered")
+    if cases := bench.of(controller, situation="start"):
+        connected = [n["end power"] > 0.0 for n in cases.values()]
+        n, unit = len(connected), "of cases"
+        if supervised or any(connected):
+            yield CriterionVerdict("start", sum(connected), n, unit, all(connected), "power at the end")
+        else:
+            yield CriterionVerdict("start", math.nan, n, unit, None, "not offered")

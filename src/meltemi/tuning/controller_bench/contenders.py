@@ -8,13 +8,7 @@ from dataclasses import dataclass, field
 from meltemi.control.controller import Controller
 from meltemi.controllers.python import checked_controller
 from meltemi.controllers.schemes import make_controller, tuned_schemes
-from meltemi.controllers.specification import (
-    BaselineCase,
-    check_files,
-    description,
-    specification,
-    supervised_form,
-)
+from meltemi.controllers.specification import BaselineCase, check_files, description, specification, supervised_form
 from meltemi.controllers.trial import try_controllers
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.turbine.definition import Turbine
@@ -28,10 +22,10 @@ class Contender:
     """A controller on the bench.
 
     Attributes:
-      name: in tables.
-      controller: in production.
-      operating: in starts, stops and grid losses: the same with the supervisor where it has one of meltemi's.
-      about: what it is.
+      name: name in tables.
+      controller: controller in production.
+      operating: controller in starts, stops and grid losses: with meltemi's supervisor where there is one.
+      about: description.
     """
 
     name: str
@@ -46,8 +40,8 @@ def contenders(
     """Controllers for a turbine, in their order, each of which worked for a few steps.
 
     Args:
-      entries: by label; names and files are those of docs/guide/controller-names.md.
-      model: of the turbine with the actuators that the schemes require; controllers are made for it.
+      entries: controllers by label; names and files are those of docs/guide/controller-names.md.
+      model: model of the turbine with the actuators that the schemes require; controllers are made for it.
       progress: callback with the completed fraction of the tuning.
 
     Raises:
@@ -59,19 +53,21 @@ def contenders(
         check_files(case)
     schemes = {case.scheme for case in cases.values() if isinstance(case, BaselineCase) and case.scheme is not None}
     settings, _ = tuned_schemes(model, sorted(schemes), progress=progress)
-    found = []
+    result = []
     for label, entry in entries.items():
         if isinstance(entry, Controller):
-            found.append(Contender(label, entry, entry, f"controller {entry.name}"))
+            result.append(Contender(label, entry, entry, f"controller {entry.name}"))
         elif callable(entry):
-            made = checked_controller(label, entry, model.turbine)
-            found.append(Contender(label, made, made, f"function {getattr(entry, '__name__', type(entry).__name__)}"))
+            controller = checked_controller(label, entry, model.turbine)
+            result.append(
+                Contender(label, controller, controller, f"function {getattr(entry, '__name__', type(entry).__name__)}")
+            )
         else:
             case = cases[label]
             if isinstance(case, BaselineCase) and case.scheme is not None:
                 case = case.replace(load=settings[case.scheme])
-            made, whole = make_controller(case, model, name=label), supervised_form(case)
-            operating = made if whole in (None, case) else make_controller(whole, model)
-            found.append(Contender(label, made, operating, description(case)))
-    try_controllers({each.name: each.controller for each in found}, model)
-    return found
+            controller, whole = make_controller(case, model, name=label), supervised_form(case)
+            operating = controller if whole in (None, case) else make_controller(whole, model)
+            result.append(Contender(label, controller, operating, description(case)))
+    try_controllers({each.name: each.controller for each in result}, model)
+    return result

@@ -32,40 +32,40 @@ def disturbed(
     """A controller behind imperfect sensors and lines.
 
     Args:
-      controller: of any kind; it sees the same sample instants as before.
+      controller: controller of any kind; its sample instants stay the same.
       noise: factor on the standard deviations ``NOISE`` of white noise on the sensors, new at each call.
-      delay: [s] of the pitch demands, rounded to sample times.
+      delay: [s] delay of the pitch demands, rounded to sample times.
       probe: relative addition to the measured generator and rotor speed at a time [s].
       whirl: complex amplitude [N m] at a time [s] of which the real part in the direction of each of three blades is
         added to its measured out-of-plane moment.
-      seed: of the noise.
+      seed: seed of the noise.
     """
 
     def fresh() -> Controller:
         inner = controller.fresh() if controller.fresh is not None else controller
         call, rng = _callable(inner), np.random.default_rng(seed)
         waiting: deque[Float] = deque()
-        own = np.empty(0)
+        commanded = np.empty(0)
         pitch = [Demands.index(f"pitch_{b + 1}") for b in range(3)]
         scales = _scales() * noise
 
         def update(state: Float, measurements: Any, demands: Any, dt: float) -> None:
-            nonlocal own
-            seen = measurements.array.copy()
+            nonlocal commanded
+            sensed = measurements.array.copy()
             if probe is not None:
-                seen[_SPEEDS] *= 1.0 + probe(float(measurements.time))
+                sensed[_SPEEDS] *= 1.0 + probe(float(measurements.time))
             if whirl is not None:
-                seen[_MOMENTS] += (whirl(float(measurements.time)) * np.exp(1j * (seen[_AZIMUTH] + _BLADES))).real
+                sensed[_MOMENTS] += (whirl(float(measurements.time)) * np.exp(1j * (sensed[_AZIMUTH] + _BLADES))).real
             if noise:
-                size = np.where(_SHARES, np.abs(seen), 1.0)
-                seen += scales * size * rng.standard_normal(len(seen))
-            if not len(own):
-                own = demands.array.copy()
-                waiting.extend(own[pitch].copy() for _ in range(round(delay / dt)))
-            call(state, seen, own, dt)
-            late = own.copy()
+                size = np.where(_SHARES, np.abs(sensed), 1.0)
+                sensed += scales * size * rng.standard_normal(len(sensed))
+            if not len(commanded):
+                commanded = demands.array.copy()
+                waiting.extend(commanded[pitch].copy() for _ in range(round(delay / dt)))
+            call(state, sensed, commanded, dt)
+            late = commanded.copy()
             if waiting:
-                waiting.append(own[pitch].copy())
+                waiting.append(commanded[pitch].copy())
                 late[pitch] = waiting.popleft()
             demands.array[:] = late
 
@@ -78,7 +78,7 @@ def disturbed(
 
 
 def _unbound(*_: Any) -> None:
-    raise AssertionError("each run has its own copy by fresh()")
+    raise AssertionError("each run has a copy by fresh()")
 
 
 _SPEEDS = [Measurements.index("generator_speed"), Measurements.index("rotor_speed")]
@@ -98,4 +98,4 @@ def _callable(controller: Controller) -> Callable[[Float, Float, Float, float], 
     if is_compiled(update) and not interpreted():
         compiled: Callable[[Float, Float, Float, float], None] = compiled_entry(update)
         return compiled
-    return lambda state, seen, own, dt: update(state, Measurements(seen), Demands(own), dt)
+    return lambda state, sensed, commanded, dt: update(state, Measurements(sensed), Demands(commanded), dt)

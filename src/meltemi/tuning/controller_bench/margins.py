@@ -2,13 +2,13 @@
 
 A multisine d of small amplitude is added to the measured generator speed in steady wind, once with either sign. Half
 the difference of the two runs is the response y to it alone, without the periodic motion of the rotor. The loop opened
-at the sensor is L = -y / (y + d). It needs no knowledge of the controller, and contains torque and pitch, actuators,
-filters and sampling.
+at the sensor is L = -y / (y + d). It is independent of the kind of controller and contains torque and pitch,
+actuators, filters and sampling.
 
 Loops on the root moments of three blades are opened in multiblade coordinates, in the same way: tilt and yaw part are
 one complex amplitude M, of which the blades have Re(M exp(i psi_b)) (docs/theory/control.md, C-32). Positive and
-negative frequencies w of M are different tones W + w of the blades, so lines have either sign, none both: what a rotor
-that is not isotropic answers at the mirrored frequency is on no line.
+negative frequencies w of M are different tones W + w of the blades, so lines have one sign or the other, never both:
+the response of a rotor that is not isotropic at the mirrored frequency is on no line.
 
 Reference: docs/guide/controller-bench.md; Pintelon and Schoukens (2012), System Identification, chapter 2.
 """
@@ -29,9 +29,9 @@ Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 PHASE_MARGIN, GAIN_MARGIN = math.radians(30.0), 2.0
-"""[rad] and factor (6 dB) that loops are asked to have."""
+"""[rad] phase margin and factor of the gain margin (6 dB) that loops must have."""
 AMPLITUDE = 3e-4
-"""Of a line at low frequency, over the speed: small enough for the linear range, large against rounding."""
+"""Amplitude of a line at low frequency over the speed: small enough for the linear range, large against rounding."""
 CORNER = 0.2
 """[Hz] above which amplitudes fall, so that pitch rates stay small."""
 LOWEST, HIGHEST, LINES = 0.02, 2.0, 40
@@ -47,9 +47,9 @@ class Multisine:
     """Test signal.
 
     Attributes:
-      period: [s] of the signal, of which two are evaluated.
-      settling: [s] before: motions of a damping ratio of 0.01 at 1 rad/s have decayed to a seventh.
-      sign: of the signal.
+      period: [s] period of the signal; two of them are evaluated.
+      settling: [s] time before them, in which motions of a damping ratio of 0.01 at 1 rad/s decay to a seventh.
+      sign: sign of the signal.
     """
 
     period: float = 100.0
@@ -58,7 +58,7 @@ class Multisine:
 
     @property
     def duration(self) -> float:
-        """[s] of a run."""
+        """[s] duration of a run."""
         return self.settling + 2.0 * self.period
 
     @cached_property
@@ -89,7 +89,7 @@ class Whirl(Multisine):
         return np.sort(once * np.where(np.arange(len(once)) % 2, -1.0, 1.0)) / self.period
 
     def amplitude(self, time: float) -> complex:
-        """Of the moments at a time [s], as a share of :func:`moment_scale`."""
+        """Amplitude of the moments at a time [s], over :func:`moment_scale`."""
         w, phase, size = self._waves
         return self.sign * complex(size @ np.exp(1j * (w * time + phase)))
 
@@ -99,8 +99,8 @@ class OpenLoop:
     """Frequency response of an opened loop at a wind speed.
 
     Attributes:
-      wind_speed: [m/s].
-      frequency: (F,) [rad/s], ascending; of either sign for the complex amplitude of blade loops.
+      wind_speed: [m/s] wind speed.
+      frequency: (F,) [rad/s] frequencies, ascending; of either sign for the complex amplitude of blade loops.
       response: (F,) L, opened at the sensors.
       repeatability: difference of two periods over the response.
     """
@@ -127,7 +127,7 @@ class OpenLoop:
 
     @property
     def phase_margin(self) -> float:
-        """[rad] smallest distance of the phase from half a turn where the gain is one; infinite if it never is."""
+        """[rad] smallest distance of the phase from half a turn where the gain is one; infinite without crossover."""
         return float(self._phases()[1].min(initial=math.inf)) if self.linear else math.nan
 
     @property
@@ -146,16 +146,16 @@ class OpenLoop:
 
     @property
     def sensitivity(self) -> float:
-        """Largest of 1 / |1 + L|, by which the loop amplifies disturbances."""
+        """Largest value of 1 / |1 + L|, the amplification of disturbances by the loop."""
         return float((1.0 / np.abs(1.0 + self.response)).max()) if self.linear else math.nan
 
     def _phases(self, *, lags: bool = False) -> tuple[Float, Float]:
         """Frequencies [rad/s] where the gain is one, and distances of its phase from half a turn [rad], or lags."""
         at, share = self._passings(np.abs(self.response) - 1.0)
         phase = np.unwrap(np.angle(self.response))
-        there = phase[at] + share * np.diff(phase)[at]
+        crossing = phase[at] + share * np.diff(phase)[at]
         w = self.frequency[at] + share * np.diff(self.frequency)[at]
-        lag = np.mod(there + math.pi, 2.0 * math.pi)
+        lag = np.mod(crossing + math.pi, 2.0 * math.pi)
         return w, lag if lags else np.minimum(lag, 2.0 * math.pi - lag)
 
     def _passings(self, x: Float) -> tuple[NDArray[np.int64], Float]:
@@ -171,8 +171,8 @@ def speed_loop(wind_speed: float, signal: Multisine, up: Float, down: Float) -> 
     """The loop from the speeds of two runs.
 
     Args:
-      wind_speed: [m/s].
-      signal: of the first run.
+      wind_speed: [m/s] wind speed of both runs.
+      signal: test signal of the first run.
       up, down: (T,) [rad/s] generator speed of the runs with either sign, from 0 on in steps of ``STEP``.
     """
     n = round(signal.period / STEP)
@@ -184,8 +184,8 @@ def blade_loop(wind_speed: float, signal: Whirl, up: Complex, down: Complex, *, 
     """The loop from the moments of two runs, by :func:`moment_amplitude`.
 
     Args:
-      wind_speed: [m/s].
-      signal: of the first run.
+      wind_speed: [m/s] wind speed of both runs.
+      signal: test signal of the first run.
       up, down: (T,) amplitudes of the runs with either sign, from 0 on in steps of ``STEP``.
       delay: [s] by which the controller receives loads late: a time step.
     """
@@ -194,7 +194,7 @@ def blade_loop(wind_speed: float, signal: Whirl, up: Complex, down: Complex, *, 
 
 
 def moment_scale(turbine: Turbine) -> float:
-    """[N m] of which the test signal of blade loops is a share: the rated torque of the rotor by blade."""
+    """[N m] unit of the test signal of blade loops: the rated torque of the rotor per blade."""
     return turbine.rated_power / turbine.rated_rotor_speed / turbine.n_blades
 
 
@@ -202,8 +202,8 @@ def moment_amplitude(moments: Sequence[Float], azimuth: Float, scale: float, del
     """(T,) complex amplitude M of the blades' moments, tilt minus i yaw part (C-32), as the controller receives it.
 
     Args:
-      moments: (T,) [N m] of each blade.
-      azimuth: (T,) [rad] of the first blade, not beyond steps of half a turn.
+      moments: (T,) [N m] root moments of each blade.
+      azimuth: (T,) [rad] azimuth of the first blade, in steps below half a turn.
       scale: [N m] that is 1.
       delay: [s] by which the controller receives moments late, at the azimuth of its call.
     """
@@ -215,7 +215,7 @@ def moment_amplitude(moments: Sequence[Float], azimuth: Float, scale: float, del
 
 
 def _last(signal: Multisine, samples: int) -> Float:
-    """[s] of the samples of the last period of a run, without its end."""
+    """[s] times of the samples of the last period of a run, without its end."""
     return np.asarray(STEP * np.arange(samples)[-round(signal.period / STEP) - 1 : -1], dtype=np.float64)
 
 

@@ -12,25 +12,15 @@ from typing import Any
 
 from meltemi.core.files import write_text
 from meltemi.postprocess.ensemble import MeanEstimate
-from meltemi.report.tables import markdown_table, number, write_csv
+from meltemi.report.tables import Rows, markdown_table, number, write_csv
 from meltemi.reports import blocks
 from meltemi.reports.blocks import Axis, Beside, Block, Chart, Code, Curve, Document, Marked, Section, Table
 from meltemi.reports.ensemble_tables import change_text
 from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
+from meltemi.tuning.controller_bench import tables
 from meltemi.tuning.controller_bench.bench import ControllerBench
-from meltemi.tuning.controller_bench.tables import (
-    MOMENT,
-    Rows,
-    criteria_table,
-    leaderboard_rows,
-    lifetime_rows,
-    margin_rows,
-    named,
-    value_text,
-    verdict_rows,
-)
-from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, Verdict, decibel
+from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, decibel
 
 RADAR = {
     "RootMyc1 DEL": "blade\nout of plane",
@@ -49,14 +39,14 @@ COMPARED = ("RootMyc1 DEL", "TwrBsMyt DEL", "power mean")
 
 def extreme_rows(bench: ControllerBench) -> Rows:
     """Header and rows of the largest loads of production and extreme events."""
-    found = {name: bench.extremes(name) for name in bench.controllers}
+    extremes = {name: bench.extremes(name) for name in bench.controllers}
     head = ["load", "unit", *(text for name in bench.controllers for text in (name, "case"))]
-    unit, factor = MOMENT
+    unit, factor = tables.MOMENT
     rows = []
     for load in SLOPES:
         row = [NAMES[load], unit]
         for name in bench.controllers:
-            value = found[name].get(load)
+            value = extremes[name].get(load)
             row += [number(value[0] * factor), value[1]] if value else ["-", "-"]
         rows.append(row)
     return head, rows
@@ -65,24 +55,26 @@ def extreme_rows(bench: ControllerBench) -> Rows:
 def situation_rows(bench: ControllerBench, group: str) -> Rows:
     """Header and rows of the situations of a group: extremes of each controller, and changes against the reference."""
     operation = group == "operation"
-    head = ["situation", "controller", "runs", "speed %", "clearance %", *(f"{named(q)}\nchange %" for q in COMPARED)]
+    head = ["situation", "controller", "runs", "speed %"]
     if operation:
-        head = ["situation", "controller", "runs", "speed %", "stop s", "end speed %", "end power kW"]
+        head += ["stop s", "end speed %", "end power kW"]
+    else:
+        head += ["clearance %", *(f"{tables.named(q)}\nchange %" for q in COMPARED)]
     rows = []
     for situation in dict.fromkeys(c.situation for c in bench.cases if c.situation.group == group):
         total = sum(c.situation is situation for c in bench.cases)
         for name in bench.controllers:
-            own = bench.of(name, situation=situation.name)
-            row = [situation.name, name, f"{len(own)} of {total}"]
-            if own:
-                row.append(number(100.0 * max(n["generator speed max"] for n in own.values())))
+            numbers = bench.of(name, situation=situation.name)
+            row = [situation.name, name, f"{len(numbers)} of {total}"]
+            if numbers:
+                row.append(number(100.0 * max(n["generator speed max"] for n in numbers.values())))
                 if operation:
-                    times = max(n["stop time"] for n in own.values())
+                    times = max(n["stop time"] for n in numbers.values())
                     row += ["-" if situation.starts or not math.isfinite(times) else number(times)]
-                    row += [number(100.0 * max(n["end speed"] for n in own.values()))]
-                    row += [number(1e-3 * min(n["end power"] for n in own.values()))]
+                    row += [number(100.0 * max(n["end speed"] for n in numbers.values()))]
+                    row += [number(1e-3 * min(n["end power"] for n in numbers.values()))]
                 else:
-                    row.append(number(100.0 * min(n["tower clearance"] for n in own.values())))
+                    row.append(number(100.0 * min(n["tower clearance"] for n in numbers.values())))
                     row += [_change(bench, name, situation.name, q) for q in COMPARED]
             rows.append(row + [""] * (len(head) - len(row)))
     return head, rows
@@ -91,8 +83,8 @@ def situation_rows(bench: ControllerBench, group: str) -> Rows:
 def _change(bench: ControllerBench, controller: str, situation: str, quantity: str) -> str:
     if controller == bench.reference:
         return "reference"
-    found: MeanEstimate | None = bench.paired(controller, situation, quantity)
-    return change_text(found)
+    change: MeanEstimate | None = bench.paired(controller, situation, quantity)
+    return change_text(change)
 
 
 def run_rows(bench: ControllerBench) -> Rows:
@@ -102,15 +94,10 @@ def run_rows(bench: ControllerBench) -> Rows:
     rows = []
     for case in bench.cases:
         for name in bench.controllers:
-            own = bench.numbers.get((case.name, name), {})
-            first = [
-                case.name,
-                case.situation.name,
-                case.situation.group,
-                f"{case.speed:g}",
-                "" if case.seed is None else str(case.seed),
-            ]
-            values = [f"{own[q]:.9g}" if q in own and math.isfinite(own[q]) else "" for q in quantities]
+            run = bench.numbers.get((case.name, name), {})
+            first = [case.name, case.situation.name, case.situation.group, f"{case.speed:g}"]
+            first.append("" if case.seed is None else str(case.seed))
+            values = [f"{run[q]:.9g}" if q in run and math.isfinite(run[q]) else "" for q in quantities]
             rows.append([*first, name, bench.failures.get((case.name, name), ""), *values])
     return head, rows
 
@@ -127,10 +114,10 @@ def content(bench: ControllerBench) -> dict[str, Any]:
         "reference": bench.reference,
         "controllers": dict(bench.about),
         "limits": bench.limits.content(),
-        "leaderboard": table(leaderboard_rows(bench.leaderboard(), bench.reference)),
-        "verdicts": table(verdict_rows(bench.all_verdicts())),
-        "lifetime": table(lifetime_rows(bench.lifetimes())),
-        "margins": table(margin_rows(bench.loops, bench.blade_loops)),
+        "leaderboard": table(tables.leaderboard_rows(bench.leaderboard(), bench.reference)),
+        "verdicts": table(tables.verdict_rows(bench.all_verdicts())),
+        "lifetime": table(tables.lifetime_rows(bench.lifetimes())),
+        "margins": table(tables.margin_rows(bench.loops, bench.blade_loops)),
         "runs": table(run_rows(bench)),
     }
 
@@ -150,11 +137,11 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
     Raises:
       InputError: a file cannot be written.
     """
-    out, found = report_folder(out), bench.all_verdicts()
+    out, verdicts = report_folder(out), bench.all_verdicts()
     files = [
-        write_csv(out / "verdicts.csv", *verdict_rows(found)),
-        write_csv(out / "lifetime.csv", *lifetime_rows(bench.lifetimes())),
-        write_csv(out / "margins.csv", *margin_rows(bench.loops, bench.blade_loops)),
+        write_csv(out / "verdicts.csv", *tables.verdict_rows(verdicts)),
+        write_csv(out / "lifetime.csv", *tables.lifetime_rows(bench.lifetimes())),
+        write_csv(out / "margins.csv", *tables.margin_rows(bench.loops, bench.blade_loops)),
         write_csv(out / "runs.csv", *run_rows(bench)),
         write_text(out / "bench.json", json.dumps(content(bench), indent=1, ensure_ascii=False) + "\n"),
         write_text(out / "leaderboard.md", leaderboard_text(bench)),
@@ -166,7 +153,7 @@ def write_bench(bench: ControllerBench, out: str | Path, *, repeat: str = "", fo
 
 def bench_document(bench: ControllerBench, repeat: str = "", footer: str = "") -> Document:
     """The page of a test bench: verdicts, criteria, loads, margins, situations."""
-    title, found = f"{bench.turbine}: controllers on the test bench", bench.all_verdicts()
+    title, verdicts = f"{bench.turbine}: controllers on the test bench", bench.all_verdicts()
     hours = sum(case.duration for case in bench.cases) / 3600.0
     facts = [
         ("Turbine", bench.turbine),
@@ -175,7 +162,7 @@ def bench_document(bench: ControllerBench, repeat: str = "", footer: str = "") -
         ("Suite", f"{len(bench.cases)} cases, {hours:.1f} hours of operation for each controller"),
         *((f"Controller {name}", about) for name, about in bench.about.items()),
     ]
-    lead = Beside([_verdict_block(name, found[name], name == bench.reference) for name in bench.controllers])
+    lead = Beside([_verdict_block(name, verdicts[name], name == bench.reference) for name in bench.controllers])
     return Document(title, _sections(bench, repeat), facts=facts, lead=lead, footer=footer)
 
 
@@ -193,30 +180,28 @@ def _parquet(bench: ControllerBench, path: Path) -> Path:
     return path
 
 
-def _verdict_block(name: str, own: Sequence[Verdict], base: bool) -> blocks.Verdict:
-    failed = [v for v in own if v.passed is False]
-    judged = sum(v.passed is not None for v in own)
+def _verdict_block(name: str, criteria: Sequence[CriterionVerdict], base: bool) -> blocks.VerdictBlock:
+    failed = [v for v in criteria if v.passed is False]
+    judged = sum(v.passed is not None for v in criteria)
     heading = f"{name}: {'passes' if not failed else f'fails {len(failed)} of'} {judged} criteria"
     heading += " (reference)" if base else ""
     lines = []
     for v in failed:
         where = f" ({v.where})" if v.where else ""
-        value, limit = (f"{value_text(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
+        value, limit = (f"{tables.value_text(x)} {v.unit}".rstrip() for x in (v.value, v.limit))
         lines.append(f"{v.criterion} {value}, limit {limit}{where}")
-    lines += [f"{v.criterion}: {v.where}" for v in own if v.passed is None]
-    return blocks.Verdict("bad" if failed else "good", heading, lines)
+    lines += [f"{v.criterion}: {v.where}" for v in criteria if v.passed is None]
+    return blocks.VerdictBlock("bad" if failed else "good", heading, lines)
 
 
 def _sections(bench: ControllerBench, repeat: str) -> list[Section]:
     text = "Changes are against {}, in the same winds, formed seed by seed, with their 95 % intervals."
     lifetime = Table(
-        *lifetime_rows(bench.lifetimes()),
-        text_columns=2,
-        note=text.format(bench.reference) + LIFETIME,
+        *tables.lifetime_rows(bench.lifetimes()), text_columns=2, note=text.format(bench.reference) + LIFETIME
     )
-    margins = Table(*margin_rows(bench.loops, bench.blade_loops), text_columns=2)
+    margins = Table(*tables.margin_rows(bench.loops, bench.blade_loops), text_columns=2)
     sections = [
-        Section("Criteria", [criteria_table(bench.all_verdicts())]),
+        Section("Criteria", [tables.criteria_table(bench.all_verdicts())]),
         Section("Production", [*_radar(bench), lifetime]),
         Section("Stability margins", [MARGINS, *_margin_charts(bench), margins]),
         Section(
@@ -251,21 +236,21 @@ OPERATION = (
 
 def radar_values(bench: ControllerBench) -> dict[str, list[float]]:
     """Lifetime loads and variations of each controller over those of the reference, in the order of ``RADAR``."""
-    found = {}
+    by_controller = {}
     for name in bench.controllers:
         if table := bench.lifetime(name):
             changes = [table.entry(quantity, name).change for quantity in RADAR]
-            found[name] = [1.0 + (c.mean if c else 0.0) for c in changes]
-    return found
+            by_controller[name] = [1.0 + (c.mean if c else 0.0) for c in changes]
+    return by_controller
 
 
 def _radar(bench: ControllerBench) -> list[Block]:
-    found = radar_values(bench)
-    if not found:
+    by_controller = radar_values(bench)
+    if not by_controller:
         return []
     angles = [360.0 * i / len(RADAR) for i in range(len(RADAR))]
-    curves = [Curve(name, angles, [100.0 * x for x in values]) for name, values in found.items()]
-    y = Axis("of the reference", "%", start=100.0 * radar_start(found))
+    curves = [Curve(name, angles, [100.0 * x for x in values]) for name, values in by_controller.items()]
+    y = Axis("of the reference", "%", start=100.0 * radar_start(by_controller))
     caption = "over those of the reference; smaller is better."
     return [
         Chart(
@@ -274,9 +259,9 @@ def _radar(bench: ControllerBench) -> list[Block]:
     ]
 
 
-def radar_start(found: Mapping[str, Sequence[float]]) -> float:
+def radar_start(by_controller: Mapping[str, Sequence[float]]) -> float:
     """Value at the centre of the radar: half the reference, or zero if something is nearly as small."""
-    return 0.5 if min(min(values) for values in found.values()) > 0.6 else 0.0
+    return 0.5 if min(min(values) for values in by_controller.values()) > 0.6 else 0.0
 
 
 def _margin_charts(bench: ControllerBench) -> list[Block]:
@@ -290,8 +275,8 @@ def _margin_charts(bench: ControllerBench) -> list[Block]:
     for (title, unit, attribute, in_unit, limit), (where, of) in product(kinds, curves_of):
         curves = []
         for name, loops in of.items():
-            found = [getattr(loop, attribute) for loop in loops]
-            values = [in_unit(v) if math.isfinite(v) else math.nan for v in found]
+            margins = [getattr(loop, attribute) for loop in loops]
+            values = [in_unit(v) if math.isfinite(v) else math.nan for v in margins]
             curves.append(
                 Curve(name, [loop.wind_speed for loop in loops], values, colour=bench.controllers.index(name))
             )
@@ -306,16 +291,16 @@ def _suite_table(bench: ControllerBench) -> Table:
     head = ["situation", "", "wind", "wind speeds m/s", "seeds", "evaluated s", "runs"]
     rows = []
     for s in dict.fromkeys(c.situation for c in bench.cases):
-        own = [c for c in bench.cases if c.situation is s]
+        cases = [c for c in bench.cases if c.situation is s]
         speeds = ", ".join(f"{v:g}" for v in s.speeds)
-        rows.append([s.name, s.about, s.wind, speeds, str(s.seeds or "-"), f"{s.duration:g}", str(len(own))])
+        rows.append([s.name, s.about, s.wind, speeds, str(s.seeds or "-"), f"{s.duration:g}", str(len(cases))])
     return Table(head, rows, text_columns=4)
 
 
 def leaderboard_text(bench: ControllerBench) -> str:
     """The leaderboard and the criteria as Markdown tables."""
-    head, rows = leaderboard_rows(bench.leaderboard(), bench.reference)
-    table = criteria_table(bench.all_verdicts())
+    head, rows = tables.leaderboard_rows(bench.leaderboard(), bench.reference)
+    table = tables.criteria_table(bench.all_verdicts())
     marks = {"good": "", "bad": " **fails**", "doubtful": " (limit within interval)"}
     cells = [[f"{cell}{marks[cell.kind] if isinstance(cell, Marked) else ''}" for cell in row] for row in table.rows]
     return "\n".join(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -43,11 +44,11 @@ from meltemi.tuning.run_store import current, resumed
 from meltemi.wind.fields import SteadyWind
 
 STOPPED = 0.2
-"""Share of the reference speed below which a stop is complete."""
+"""Fraction of the reference speed below which a stop is complete."""
 SIGNS = (1.0, -1.0)
-"""Of the test signal of the margins."""
-AWAY = math.radians(1.0)
-"""[rad] of the steady pitch from its minimum, below which the blade loops are at this limit for much of a turn."""
+"""Signs of the test signal of the margins."""
+FREE_PITCH = math.radians(1.0)
+"""[rad] distance of the steady pitch from its minimum, below which the blades stay at it for much of a turn."""
 ROOTS = tuple(f"root_moment_out_of_plane_{b + 1}" for b in range(3))
 """Channels of the moments that blade loops act on."""
 
@@ -69,14 +70,14 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     A run that fails counts as failed for its controller and stops no other.
 
     Args:
-      model: of the nominal turbine.
+      model: model of the nominal turbine.
       entries: controllers; the first is the reference.
-      suite: from ``suite_of``.
-      wind_class: of IEC 61400-1.
-      limits: of the verdicts.
+      suite: situations of ``suite_of``.
+      wind_class: class of IEC 61400-1.
+      limits: limits of the verdicts.
       sine: test signal of the margins.
-      grid: with a power reference outside starts, stops and grid losses; all controllers follow it.
-      workers: threads.
+      grid: grid with a power reference outside starts, stops and grid losses; all controllers follow it.
+      workers: number of threads.
       progress: callback with the completed fraction.
 
     Raises:
@@ -88,10 +89,11 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
     sine, turbine = sine or Multisine(), model.turbine
     speeds = next(s.speeds for s in suite if s.group == "production")
     in_suite = suite_runs(model, suite, entries, wind_class, grid)
-    probed = probe_runs(model, speeds, entries, sine, grid)
+    probed = signal_runs(model, speeds, entries, sine, grid)
     whirl, scale, late = Whirl(sine.period, sine.settling), moment_scale(turbine), default_step(model)
-    free = pitching(model, speeds) if any(e.controller.uses_loads for e in entries) else []
-    whirled = whirl_runs(model, free, entries, whirl, grid)
+    loaded = [entry for entry in entries if entry.controller.uses_loads and model.n_blades == 3]
+    free = pitching_speeds(model, speeds) if loaded else []
+    whirled = signal_runs(model, free, loaded, whirl, grid)
     turning = {run.name for run in whirled.values()}
     about = {run.name: case for (case, _), run in in_suite.items()}
     clear, reference = undeflected_clearance(model), turbine.control.pitch.reference_speed
@@ -117,7 +119,8 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
         raise InputError(f"controllers: no run reached its end; the first: {next(iter(failed.values()))}")
     pairs = {(v, name): [outcomes[probed[v, name, sign].name] for sign in SIGNS] for v, name, _ in probed}
     turned = {(v, name): [outcomes[whirled[v, name, sign].name] for sign in SIGNS] for v, name, _ in whirled}
-    blades = {name: tuple(_blade_loop(v, whirl, late, *turned[v, name]) for v in free) for _, name in turned}
+    loop = partial(blade_loop, delay=late)
+    blades = {name: tuple(_measured(v, whirl, turned[v, name], loop) for v in free) for _, name in turned}
     return ControllerBench(
         turbine=turbine.name,
         wind_class=wind_class,
@@ -127,7 +130,7 @@ def run_bench(  # noqa: PLR0913 - options of a study, each with a default
         cases=tuple(dict.fromkeys(case for case, _ in in_suite)),
         numbers=done,
         failures=failed,
-        loops={e.name: tuple(_loop(v, sine, *pairs[v, e.name]) for v in speeds) for e in entries},
+        loops={e.name: tuple(_measured(v, sine, pairs[v, e.name]) for v in speeds) for e in entries},
         blade_loops={name: loops for name, loops in blades.items() if any(np.any(loop.response) for loop in loops)},
         speeds=speeds,
         mean_speed=0.2 * as_class(wind_class, None).v_ref,
@@ -149,18 +152,18 @@ def suite_runs(
     channels += ["power_reference"] if grid is not None else []
     idling = Start(rotor_speed="idling", pitch=model.turbine.pitch_actuator.maximum)
     models = {model.turbine: model}
-    found = {}
+    runs = {}
     for s in suite:
         plant = s.plant(model.turbine)
-        models[plant] = own = models.get(plant) or build(plant, model.options)
+        models[plant] = plant_model = models.get(plant) or build(plant, model.options)
         for case in cases_of([s]):
             wind = SharedField(case.wind(model.turbine, wind_class), model, case.duration, len(entries))
             for entry in entries:
                 controller = entry.operating if s.group == "operation" else entry.controller
                 if s.noise or s.delay:
                     controller = disturbed(controller, noise=s.noise, delay=s.delay, seed=case.seed or 1)
-                found[case, entry.name] = Run(
-                    own,
+                runs[case, entry.name] = Run(
+                    plant_model,
                     wind,
                     duration=case.duration,
                     controller=controller,
@@ -171,27 +174,35 @@ def suite_runs(
                     start=idling if s.starts else None,
                     name=f"{case.name}: {entry.name}",
                 )
-    return found
+    return runs
 
 
-def probe_runs(
+def signal_runs(
     model: BladedModel,
     speeds: Iterable[float],
-    entries: Sequence[Contender],
-    sine: Multisine,
+    entries: Iterable[Contender],
+    signal: Multisine,
     grid: PowerGrid | None = None,
 ) -> dict[tuple[float, str, float], Run]:
-    """Runs with the test signal of the margins, by wind speed, controller and sign."""
+    """Runs with a test signal, of the blade loops if it is a :class:`Whirl`, by wind speed, controller and sign."""
+    blades, scale = isinstance(signal, Whirl), moment_scale(model.turbine)
+
+    def disturbance(sign: float) -> dict[str, Any]:
+        signed = replace(signal, sign=sign)
+        return (
+            {"whirl": lambda time: scale * signed.amplitude(time)} if isinstance(signed, Whirl) else {"probe": signed}
+        )
+
     return {
         (v, entry.name, sign): Run(
             model,
             SteadyWind(speed=v),
-            duration=sine.duration,
-            controller=disturbed(entry.controller, probe=replace(sine, sign=sign)),
-            channels=["generator_speed"],
+            duration=signal.duration,
+            controller=disturbed(entry.controller, **disturbance(sign)),
+            channels=["azimuth", *ROOTS] if blades else ["generator_speed"],
             grid=grid,
             output_step=STEP,
-            name=f"margins, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
+            name=f"margins{' of blade loops' * blades}, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
         )
         for v in speeds
         for entry in entries
@@ -199,57 +210,18 @@ def probe_runs(
     }
 
 
-def pitching(model: BladedModel, speeds: Iterable[float]) -> list[float]:
+def pitching_speeds(model: BladedModel, speeds: Iterable[float]) -> list[float]:
     """Wind speeds [m/s] at which the steady pitch is away from its minimum, so that blades can pitch either way."""
-    least = model.turbine.control.pitch.minimum + AWAY
+    least = model.turbine.control.pitch.minimum + FREE_PITCH
     return [v for v in speeds if operating_point(model, v).pitch > least]
 
 
-def whirl_runs(
-    model: BladedModel,
-    speeds: Iterable[float],
-    entries: Sequence[Contender],
-    whirl: Whirl,
-    grid: PowerGrid | None = None,
-) -> dict[tuple[float, str, float], Run]:
-    """Runs with the test signal of the blade loops, by wind speed, controller and sign: of those that read loads, on
-    three blades."""
-    scale = moment_scale(model.turbine)
-
-    def turned(sign: float) -> Callable[[float], complex]:
-        signal = replace(whirl, sign=sign)
-        return lambda time: scale * signal.amplitude(time)
-
-    return {
-        (v, entry.name, sign): Run(
-            model,
-            SteadyWind(speed=v),
-            duration=whirl.duration,
-            controller=disturbed(entry.controller, whirl=turned(sign)),
-            channels=["azimuth", *ROOTS],
-            grid=grid,
-            output_step=STEP,
-            name=f"margins of blade loops, {v:g} m/s, {'up' if sign > 0.0 else 'down'}: {entry.name}",
-        )
-        for v in speeds
-        for entry in entries
-        if entry.controller.uses_loads and model.n_blades == 3
-        for sign in SIGNS
-    }
-
-
-def _loop(speed: float, sine: Multisine, up: Outcome, down: Outcome) -> OpenLoop:
-    lost = not (up.status.complete and down.status.complete)
-    return _nothing(speed, sine) if lost else speed_loop(speed, sine, up.value, down.value)
-
-
-def _blade_loop(speed: float, whirl: Whirl, delay: float, up: Outcome, down: Outcome) -> OpenLoop:
-    lost = not (up.status.complete and down.status.complete)
-    return _nothing(speed, whirl) if lost else blade_loop(speed, whirl, up.value, down.value, delay=delay)
-
-
-def _nothing(speed: float, signal: Multisine) -> OpenLoop:
-    """The loop of runs that did not reach their end."""
+def _measured(
+    speed: float, signal: Multisine, runs: Sequence[Outcome], loop: Callable[..., OpenLoop] = speed_loop
+) -> OpenLoop:
+    """The loop from runs with either sign; without numbers if one of them did not reach its end."""
+    if all(run.status.complete for run in runs):
+        return loop(speed, signal, *(run.value for run in runs))
     nothing = np.full(len(signal.lines), complex(math.nan, math.nan))
     return OpenLoop(speed, 2.0 * math.pi * signal.lines, nothing, math.inf)
 
@@ -258,16 +230,16 @@ def numbers_of(result: Result, case: BenchCase, reference: float, clearance: flo
     """Stored quantities of a run.
 
     Args:
-      result: of the case.
-      case: of the suite.
-      reference: [rad/s] generator speed.
-      clearance: [m] of the undeflected blade.
+      result: result of the case.
+      case: case of the suite.
+      reference: [rad/s] reference of the generator speed.
+      clearance: [m] tower clearance of the undeflected blade.
     """
     part = result.evaluated
     length = float(part.time[-1] - part.time[0])
     speed, power = part["generator_speed"] / reference, part["generator_power"]
     pitches = [name for name in part.names if name.startswith("pitch_")]
-    found = {
+    numbers = {
         "power mean": float(power.mean()),
         "power std": float(power.std()),
         "generator speed max": float(speed.max()),
@@ -277,15 +249,15 @@ def numbers_of(result: Result, case: BenchCase, reference: float, clearance: flo
         "pitch rate max": max(float(np.abs(np.diff(part[n]) / np.diff(part.time)).max()) for n in pitches),
     }
     if "power_reference" in part.names:
-        found["tracking error"] = tracking_error(part)
+        numbers["tracking error"] = tracking_error(part)
     if flaps := [name for name in part.names if name.startswith("flap_")]:
-        found["flap travel"] = sum(actuator_travel(part, name) for name in flaps) / len(pitches)
+        numbers["flap travel"] = sum(actuator_travel(part, name) for name in flaps) / len(pitches)
     for load, slope in SLOPES.items():
-        found[f"{load} DEL"] = damage_equivalent_load(part[load], duration=length, slope=slope)
-        found[f"{load} max"] = float(np.abs(part[load]).max())
+        numbers[f"{load} DEL"] = damage_equivalent_load(part[load], duration=length, slope=slope)
+        numbers[f"{load} max"] = float(np.abs(part[load]).max())
     if case.situation.group == "operation":
         after = part.time >= EVENT
         slow = np.flatnonzero(after & (speed < STOPPED))
-        found["stop time"] = float(part.time[slow[0]]) - EVENT if len(slow) else math.inf
-        found["end speed"], found["end power"] = float(speed[-1]), float(power[-1])
-    return found
+        numbers["stop time"] = float(part.time[slow[0]]) - EVENT if len(slow) else math.inf
+        numbers["end speed"], numbers["end power"] = float(speed[-1]), float(power[-1])
+    return numbers

@@ -42,16 +42,16 @@ def bench_controllers(  # noqa: PLR0913 - options of a study, each with a defaul
     """Run controllers through the fixed suite of the test bench, in the same winds as a reference, and judge them.
 
     Args:
-      turbine: for which the controllers are made; it receives flaps if a scheme needs them.
+      turbine: turbine of the controllers; it receives flaps if a scheme needs them.
       controllers: names and files (docs/guide/controller-names.md), or by label controllers, functions of the turbine
         that return one, and names.
       reference: label of one of them, or another name; changes are against it.
       quick: the reduced suite.
-      wind_class: of IEC 61400-1.
-      limits: of the verdicts.
-      options: of the model.
-      grid: with a power reference outside starts, stops and grid losses; all controllers follow it.
-      workers: threads.
+      wind_class: class of IEC 61400-1.
+      limits: limits of the verdicts.
+      options: options of the model.
+      grid: grid with a power reference outside starts, stops and grid losses; all controllers follow it.
+      workers: number of threads.
       progress: callback with the completed fraction.
 
     Raises:
@@ -67,10 +67,10 @@ def bench_controllers(  # noqa: PLR0913 - options of a study, each with a defaul
     described = equipped(bare, [e for e in given.values() if isinstance(e, str)])
     suite, model = suite_of(described, quick=quick), build(described, options)
     share = TUNING if progress else 0.0
-    made = contenders(given, model, progress=progress and (lambda x: progress(share * x)))
+    entries = contenders(given, model, progress=progress and (lambda x: progress(share * x)))
     return run_bench(
         model,
-        made,
+        entries,
         suite,
         wind_class=wind_class,
         limits=limits,
@@ -88,8 +88,8 @@ def one_name(names: Sequence[str], turbine: Turbine) -> list[str]:
     """
     plain = turbine.pitch_actuator.kind == "ideal"
     bare = {name for name, scheme in SCHEMES.items() if plain and not (scheme.loops or scheme.feedforward)}
-    found = ["baseline" if isinstance(name, str) and name.lower() in bare else name for name in names]
-    return [name for i, name in enumerate(found) if name not in found[:i] or names[i] in names[:i]]
+    common = ["baseline" if isinstance(name, str) and name.lower() in bare else name for name in names]
+    return [name for i, name in enumerate(common) if name not in common[:i] or names[i] in names[:i]]
 
 
 def entries_of(controllers: Mapping[str, Entry] | Sequence[str], reference: str) -> dict[str, Entry]:
@@ -99,10 +99,10 @@ def entries_of(controllers: Mapping[str, Entry] | Sequence[str], reference: str)
       InputError: there are none, one is no controller, a name is unknown, or two have the same label.
     """
     if isinstance(controllers, Mapping):
-        found = dict(controllers)
+        entries = dict(controllers)
     else:
-        found = dict(labelled([controllers] if isinstance(controllers, str) else list(controllers)))
-    for label, entry in found.items():
+        entries = dict(labelled([controllers] if isinstance(controllers, str) else list(controllers)))
+    for label, entry in entries.items():
         if not (isinstance(entry, Controller | str) or callable(entry)):
             raise InputError(
                 f"controllers: {label!r}: expected a controller, a function of the turbine or a name, "
@@ -110,11 +110,11 @@ def entries_of(controllers: Mapping[str, Entry] | Sequence[str], reference: str)
             )
         if isinstance(entry, str):
             controller_keys(entry)
-    if not found:
+    if not entries:
         labelled([])
-    if reference in found:
-        return {reference: found.pop(reference), **found}
+    if reference in entries:
+        return {reference: entries.pop(reference), **entries}
     ((label, name),) = labelled([reference]).items()
-    if found.get(label, name) != name:
+    if entries.get(label, name) != name:
         raise InputError(f"controllers: two of them are called {label!r}")
-    return {label: name, **found}
+    return {label: name, **entries}

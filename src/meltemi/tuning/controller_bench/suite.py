@@ -27,9 +27,9 @@ FIRST_SEED = 7_400_000
 Group = Literal["production", "extreme", "robustness", "operation"]
 SPEEDS = tuple(float(v) for v in range(4, 25, 2))
 EVENT = 60.0
-"""[s] of gusts, faults and requests."""
-TWENTY = 0.2
-"""Share by which inertia and stiffness of the plant differ from those of the design."""
+"""[s] time of gusts, faults and requests."""
+MISTUNING = 0.2
+"""Fraction by which inertia and stiffness of the plant differ from those of the design."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,16 +37,16 @@ class Situation:
     """Cases that differ in wind speed, sign and seed only.
 
     Attributes:
-      name: in tables.
+      name: name in tables.
       about: description in one line.
-      group: in which section of the results.
+      group: section of the results.
       wind: model of IEC 61400-1, or ``steady``.
-      speeds: [m/s].
+      speeds: [m/s] wind speeds.
       seeds: number of turbulent winds at each speed; 0 without turbulence.
       duration: [s] evaluated.
       transient: [s] before, not evaluated.
       senses: signs of a change of direction.
-      events: of the run, as keys and values.
+      events: events of the run, as keys and values.
       inertia, stiffness: factors of the plant on those of the turbine for which the controller is made.
       iced: ice on all blades of the plant.
       frequency: [rad/s] of the plant's pitch actuators, second order.
@@ -80,11 +80,11 @@ class Situation:
 
     def plant(self, turbine: Turbine) -> Turbine:
         """The turbine on which the controller runs; controllers are made for the nominal one."""
-        found = mistuned(turbine, self.inertia, self.stiffness)
+        plant = mistuned(turbine, self.inertia, self.stiffness)
         if self.frequency:
             changes = {"kind": "second_order", "natural_frequency": self.frequency, "damping_ratio": 0.7}
-            found = found.replace(**{f"pitch_actuator.{key}": value for key, value in changes.items()})
-        return with_ice(found, Icing()) if self.iced else found
+            plant = plant.replace(**{f"pitch_actuator.{key}": value for key, value in changes.items()})
+        return with_ice(plant, Icing()) if self.iced else plant
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,10 @@ class BenchCase:
     """One wind of a situation.
 
     Attributes:
-      situation: that it belongs to.
-      speed: [m/s] mean at hub height.
-      seed: of the turbulence; None without it.
-      sign: of a change of direction.
+      situation: situation of the case.
+      speed: [m/s] mean wind speed at hub height.
+      seed: seed of the turbulence; None without it.
+      sign: sign of a change of direction.
     """
 
     situation: Situation
@@ -117,7 +117,7 @@ class BenchCase:
         return self.situation.settling + self.situation.duration
 
     def wind(self, turbine: Turbine, wind_class: str) -> AnyWind:
-        """Its wind; turbulence is generated later."""
+        """The wind of the case; turbulence is generated later."""
         model = self.situation.wind
         if model == "steady":
             return SteadyWind(speed=self.speed, shear_exponent=0.2)
@@ -168,13 +168,8 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
       turbine: gives cut-in and cut-out wind speed, and the offset of the speed sensor.
       quick: fewer speeds and seeds, and shorter runs.
     """
-    robust: dict[str, Any] = {
-        "group": "robustness",
-        "wind": "NTM",
-        "speeds": (8.0, 18.0),
-        "seeds": 3,
-        "duration": 300.0,
-    }
+    robust: dict[str, Any] = {"group": "robustness", "wind": "NTM", "speeds": (8.0, 18.0), "seeds": 3}
+    robust["duration"] = 300.0
     bias = 0.01 * turbine.control.pitch.reference_speed
     gust: dict[str, Any] = {"group": "extreme", "duration": 60.0, "transient": 50.0}
     operation: dict[str, Any] = {"group": "operation", "wind": "steady", "duration": 90.0, "transient": 50.0}
@@ -194,10 +189,10 @@ def suite_of(turbine: Turbine, *, quick: bool = False) -> tuple[Situation, ...]:
         Situation("actuator delay", "pitch demands arrive 0.2 s late", delay=0.2, **robust),
         Situation("actuator lag", "pitch actuators of 4 rad/s, damping ratio 0.7", frequency=4.0, **robust),
         Situation("blade stuck", "blade 2 keeps its pitch from 60 s on", events=_at("pitch_stuck", blade=2), **robust),
-        Situation("inertia +20 %", "blades and generator heavier", inertia=1.0 + TWENTY, **robust),
-        Situation("inertia -20 %", "blades and generator lighter", inertia=1.0 - TWENTY, **robust),
-        Situation("stiffness +20 %", "blades, tower and shaft stiffer", stiffness=1.0 + TWENTY, **robust),
-        Situation("stiffness -20 %", "blades, tower and shaft softer", stiffness=1.0 - TWENTY, **robust),
+        Situation("inertia +20 %", "blades and generator heavier", inertia=1.0 + MISTUNING, **robust),
+        Situation("inertia -20 %", "blades and generator lighter", inertia=1.0 - MISTUNING, **robust),
+        Situation("stiffness +20 %", "blades, tower and shaft stiffer", stiffness=1.0 + MISTUNING, **robust),
+        Situation("stiffness -20 %", "blades, tower and shaft softer", stiffness=1.0 - MISTUNING, **robust),
         Situation("icing", "ice on all blades", iced=True, **robust),
         Situation("start", "from idling", speeds=(8.0, 20.0), starts=True, **operation | {"duration": 140.0}),
         Situation("normal stop", "", speeds=(12.0, 24.0), events=_at("request", request="normal_stop"), **operation),
@@ -228,11 +223,11 @@ class BenchLimits(Record):
     """Largest generator speed over its reference in all cases with a grid; by default that at which the supervisor
     stops the turbine."""
     grid_loss_speed: float = Field(default=1.25, gt=1.0)
-    """The same after a grid loss."""
+    """Largest generator speed over its reference after a grid loss."""
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)
     """Smallest tower clearance over that of the undeflected blade."""
     phase_margin: float = Field(default=PHASE_MARGIN, ge=0.0, lt=3.2)
-    """[rad] of the speed loop at each wind speed."""
+    """[rad] phase margin of the speed loop at each wind speed."""
     gain_margin: float = Field(default=GAIN_MARGIN, ge=1.0)
     """Factor on the gain of the speed loop at each wind speed; 2 is 6 dB."""
     delay_margin: float = Field(default=0.2, ge=0.0)
@@ -246,7 +241,7 @@ class BenchLimits(Record):
     pitch_travel: float = Field(default=math.radians(2.0), gt=0.0)
     """[rad/s] mean pitch rate in production."""
     stop_time: float = Field(default=60.0, gt=0.0)
-    """[s] from a request to stop to 20 % of the reference speed."""
+    """[s] time from a request to stop to 20 % of the reference speed."""
 
 
 NOISE = {

@@ -7,14 +7,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import EnsembleTable
-from meltemi.report.tables import number
+from meltemi.report.tables import Rows, number
 from meltemi.reports.blocks import Cell, Marked, Table
 from meltemi.reports.ensemble_tables import change_text
 from meltemi.tuning.controller_bench.margins import OpenLoop
-from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, LoopMargins, Standing, Verdict, decibel
+from meltemi.tuning.controller_bench.verdicts import NAMES, SLOPES, CriterionVerdict, LoopMargins, Standing, decibel
 
-Rows = tuple[list[str], list[list[str]]]
-Verdicts = Mapping[str, Sequence[Verdict]]
+Verdicts = Mapping[str, Sequence[CriterionVerdict]]
 
 MOMENT = display("N m")
 RATE = display("rad/s", angular_rate_in_degrees=True)
@@ -43,13 +42,13 @@ def named(quantity: str) -> str:
     return f"{NAMES[channel]}, {rest}" if channel in NAMES else quantity
 
 
-def verdict_rows(found: Verdicts) -> Rows:
+def verdict_rows(verdicts: Verdicts) -> Rows:
     """Header and rows of all verdicts, one per controller and criterion."""
     head = ["controller", "criterion", "value", "± 95 %", "limit", "unit", "verdict", "where"]
     rows = [
         [name, v.criterion, value_text(v.value), value_text(v.half_width), value_text(v.limit), v.unit, v.word, v.where]
-        for name, own in found.items()
-        for v in own
+        for name, criteria in verdicts.items()
+        for v in criteria
     ]
     return head, rows
 
@@ -59,17 +58,17 @@ def value_text(x: float) -> str:
     return "" if math.isnan(x) else f"{x:.3g}" if math.isfinite(x) else "none"
 
 
-def criteria_table(found: Verdicts) -> Table:
+def criteria_table(verdicts: Verdicts) -> Table:
     """Criteria as rows, controllers as columns, the reference first."""
-    criteria = list(dict.fromkeys(v.criterion for own in found.values() for v in own))
-    by_name = {name: {v.criterion: v for v in own} for name, own in found.items()}
+    criteria = list(dict.fromkeys(v.criterion for results in verdicts.values() for v in results))
+    by_name = {name: {v.criterion: v for v in results} for name, results in verdicts.items()}
     rows = []
     for criterion in criteria:
-        first = next(own[criterion] for own in by_name.values() if criterion in own)
+        first = next(results[criterion] for results in by_name.values() if criterion in results)
         sign = "≥" if criterion in LEAST else "≤"
         row: list[Cell] = [criterion, f"{sign} {value_text(first.limit)} {first.unit}".strip()]
-        for j, own in enumerate(by_name.values()):
-            v = own.get(criterion)
+        for j, results in enumerate(by_name.values()):
+            v = results.get(criterion)
             if v is None:
                 row.append("-" if j else "reference")  # no run to judge
                 continue
@@ -79,7 +78,7 @@ def criteria_table(found: Verdicts) -> Table:
             row.append(text if v.passed is None else Marked(text, kind))
         rows.append(row)
     note = "✗: fails. ~: the limit lies within the 95 % interval. Energy and loads are changes."
-    return Table(["criterion", "limit", *found], rows, text_columns=2, note=note)
+    return Table(["criterion", "limit", *verdicts], rows, text_columns=2, note=note)
 
 
 LEAST = (
@@ -157,30 +156,19 @@ def lifetime_rows(tables: Mapping[str, EnsembleTable | None]) -> Rows:
 
 def margin_rows(speed_loops: Mapping[str, Iterable[OpenLoop]], blade_loops: Mapping[str, Iterable[OpenLoop]]) -> Rows:
     """Header and rows of the margins of speed and blade loops by controller and wind speed."""
-    head = [
-        "controller",
-        "loop",
-        "wind m/s",
-        "crossover rad/s",
-        "phase margin deg",
-        "gain margin dB",
-        "delay margin s",
-        "largest 1/|1+L|",
-        "repeatability %",
-    ]
+    head = ["controller", "loop", "wind m/s", "crossover rad/s", "phase margin deg", "gain margin dB"]
+    head += ["delay margin s", "largest 1/|1+L|", "repeatability %"]
     kinds = (("speed loop", speed_loops), ("blade loops", blade_loops))
     rows = []
-    for name, kind, loops in ((name, kind, own[name]) for name in speed_loops for kind, own in kinds if name in own):
+    for name, kind, loops in (
+        (name, kind, by_controller[name])
+        for name in speed_loops
+        for kind, by_controller in kinds
+        if name in by_controller
+    ):
         for loop in loops:
-            gain = decibel(loop.gain_margin)
-            values = [
-                loop.crossover,
-                math.degrees(loop.phase_margin),
-                gain,
-                loop.delay_margin,
-                loop.sensitivity,
-                100.0 * loop.repeatability,
-            ]
+            values = [loop.crossover, math.degrees(loop.phase_margin), decibel(loop.gain_margin)]
+            values += [loop.delay_margin, loop.sensitivity, 100.0 * loop.repeatability]
             texts = ["no linear response" if math.isnan(x) else "none" if math.isinf(x) else number(x) for x in values]
             if kind == "blade loops":
                 texts[3] = "-"  # a delay turns tones of the blades, not amplitudes

@@ -19,20 +19,20 @@ NAMES = {
     "YawBrMyp": "yaw bearing, tilt",
     "YawBrMzp": "yaw bearing, yaw",
 }
-"""Their names in words."""
+"""Names of the loads in words."""
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CriterionVerdict:
     """A criterion and its outcome.
 
     Attributes:
-      criterion: name.
+      criterion: name of the criterion.
       value, limit: in ``unit``; NaN if there is no value.
       unit: engineering unit.
       passed: None if the criterion does not apply.
       where: case or reason.
-      half_width: of the 95 % interval of the value; NaN without one.
+      half_width: half-width of the 95 % interval of the value; NaN without one.
     """
 
     criterion: str
@@ -66,7 +66,7 @@ class LoopMargins:
 
     @classmethod
     def of(cls, loops: Sequence[OpenLoop]) -> LoopMargins:
-        """Those of a loop by wind speed."""
+        """Smallest margins of a loop that was measured at several wind speeds."""
         linear = [loop for loop in loops if loop.linear]
         return cls(
             min((loop.phase_margin for loop in linear), default=math.nan),
@@ -80,14 +80,14 @@ class Standing:
     """A controller on the leaderboard.
 
     Attributes:
-      controller: name.
+      controller: name of the controller.
       failed, judged: numbers of criteria.
       energy, blade_load, tower_load: relative lifetime changes against the reference: energy, equivalent loads of the
         blade root out of plane and of the tower base fore-aft; None for the reference, and without a common seed.
       pitch_travel: [rad/s] mean pitch rate in production.
       speed: largest generator speed over its reference.
       clearance: smallest tower clearance over that of the undeflected blade.
-      speed_loop, blade_loops: their margins; None without blade loops.
+      speed_loop, blade_loops: margins of the loops; None without blade loops.
     """
 
     controller: str
@@ -104,5 +104,5 @@ class Standing:
 
 
 def decibel(factor: float) -> float:
-    """[dB] of a gain."""
+    """[dB] level of a gain."""
     return 20.0 * math.log10(factor)

@@ -11,9 +11,17 @@ from collections.abc import Callable, Sequence
 
 from meltemi.papers.study import answer_chapter
 from meltemi.reports.blocks import Block, Section, Table
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 
 PARTS = ("machines", "power", "coordination", "climate", "farm")
-"""In the order of the page."""
+"""Parts in the order of the page."""
+
+
+def loaded(name: str) -> Turbine:
+    """An aeroelastic turbine of the library."""
+    return aeroelastic(load_turbine(name), "loads in turbulence")
 
 
 def part_chapter(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from meltemi.environment.rain import Rain, rain_parameters, rain_power_loss
 from meltemi.environment.site import STANDARD
 from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.paper import sentence
 from meltemi.papers.study import Draw, Progress
 from meltemi.postprocess.ensemble import MeanEstimate
 from meltemi.reports.blocks import Section, Table
@@ -211,16 +212,8 @@ def verdict(sites: SiteResults) -> str:
         ", ".join(estimate_text(scenario_change(sites, name, scenario)) for name in sites.years)
         for scenario in ("3 K warmer", "wind 5 % slower")
     )
-    lines = (
-        f"Against air of 1.225 kg/m³ weather changes the year's energy by {all_}.",
-        f"In one and the same wind the air of {names[1]} makes {estimate_text(one)} %, that of {names[2]}",
-        f"{estimate_text(two)} %",
-        f"of the energy of {names[0]}, for densities that differ by {100.0 * (air[1] / air[0] - 1.0):+.1f} and",
-        f"{100.0 * (air[2] / air[0] - 1.0):+.1f} %: above rated wind the pitch makes up for thin air.",
-        f"Ice makes {estimate_text(ice)} % at {words(icy.climate.name)}, where it lies on the blades",
-        f"for {icy.climate.icing_hours.sum():.0f} h a year; with what one blade sheds before the others,",
-        f"the side-to-side load of the tower changes by {estimate_text(side, 0)} %.",
-        f"Rain takes {-rain.mean:.3f} % at most. Of the change of 8 to 10 % that the review quotes for a changing",
-        f"climate, air that is 3 K warmer makes {warmer} %, wind that is 5 % slower {slower} %.",
-    )
-    return " ".join(lines)
+    numbers: dict[str, object] = {"names": names, "one": estimate_text(one), "two": estimate_text(two)}
+    numbers |= {"denser": [100.0 * (x / air[0] - 1.0) for x in air], "warmer": warmer, "slower": slower}
+    icing = {"ice": estimate_text(ice), "icy": words(icy.climate.name), "side": estimate_text(side, 0)}
+    hours = icy.climate.icing_hours.sum()
+    return sentence("climate", all=all_, hours=hours, rain=-rain.mean, **numbers, **icing)

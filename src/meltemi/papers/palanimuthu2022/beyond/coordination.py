@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond import loaded, part_chapter
 from meltemi.papers.palanimuthu2022.beyond.power import TURBINE, slow_base
+from meltemi.papers.palanimuthu2022.paper import sentence
 from meltemi.papers.study import Draw, Progress, answer_chapter
 from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.reports.blocks import Section, Table
@@ -22,22 +23,16 @@ from meltemi.studies.power_schemes.coordination import (
     coordination_figure,
 )
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 
 def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Tables:
     """All candidates on the review's aeroelastic turbine, or another one."""
-    return coordination.study(turbine or _turbine(), quick, workers=workers, progress=progress)
+    return coordination.study(turbine or loaded(TURBINE), quick, workers=workers, progress=progress)
 
 
 def bench(quick: bool, *, workers: int | None, progress: Progress) -> ProposalComparison:
     """The comparison on the default page."""
-    return coordination.bench(_turbine(), quick, workers=workers, progress=progress)
-
-
-def _turbine() -> Turbine:
-    return aeroelastic(load_turbine(TURBINE), "loads in turbulence")
+    return coordination.bench(loaded(TURBINE), quick, workers=workers, progress=progress)
 
 
 def bench_chapter(comparison: ProposalComparison, draw: Draw) -> Section:
@@ -53,16 +48,7 @@ def bench_chapter(comparison: ProposalComparison, draw: Draw) -> Section:
             _table(comparison.proposal, f"Best of ours against the paper's proposal, {conditions}"),
         ]
 
-    return answer_chapter(heading, lambda: BENCH_WORDS.format(n=comparison.conventional.seeds), [figure], bench_tables)
-
-
-BENCH_WORDS = (
-    "Figure 21 and § 5 on a turbine that has loads: iea22mw, wind of 13 m/s and class IB whose direction and speed "
-    "meander, {n} seeds. *Each for itself*: A0 and a yaw control that knows nothing of power; *pitch and torque*: the "
-    "paper's A2; with *yaw*: a dead band that widens with the power to spare (ours); *wide hold*: A3 instead of A2; "
-    "*dead band of 15 deg*: as wide all the time, the obvious rival. The oscillation of the pitch is equivalent at "
-    "1 Hz with the slope 3 of bearings."
-)
+    return answer_chapter(heading, lambda: sentence("bench", n=comparison.conventional.seeds), [figure], bench_tables)
 
 
 def chapter(ensembles: Tables, draw: Draw, *, applied: bool = False) -> Section:
@@ -93,29 +79,18 @@ def _pitch_of_each_blade(table: EnsembleTable) -> str:
     first = table.schemes[0]
     changes = [table.entry(PITCH, name).change for name in (single, shared)]
     individual, other = (1.0 + (0.0 if change is None else change.mean) for change in changes)
-    return (
-        f" Individual pitch travels {individual:.1f} times as far as the pitch of *{first}*, and "
-        f"{individual / other:.1f} times as "
-        f"far as that of *{shared}*."
-    )
+    return f" {sentence('individual', ratio=individual, first=first, other=individual / other, shared=shared)}"
 
 
 def verdict(ensembles: Tables) -> str:
     """Conclusion, from the results."""
-    lines = []
+    quantities, lines = (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD), []
     for level, table in ensembles.items():
         words = []
         for name in table.schemes[1:]:
-            changes = [
-                f"{quantity} {change_text(table.entry(quantity, name).change)} %"
-                for quantity in (ENERGY, PITCH, TURNED, TOWER_LOAD, ROOT_LOAD)
-            ]
+            changes = [f"{each} {change_text(table.entry(each, name).change)} %" for each in quantities]
             words.append(f"*{name}*: {', '.join(changes)}")
-        lines.append(
-            f"At {100.0 * level:.0f} % of rated power, against *{table.schemes[0]}* (A0, fixed dead band): "
-            + "; ".join(words)
-            + "."
-            + _pitch_of_each_blade(table)
-            + (f" {slow_base()}: part of the energy that the others add is that base's loss." if level == 1.0 else "")
-        )
+        base = f" {slow_base()}: part of the energy that the others add is that base's loss." if level == 1.0 else ""
+        numbers = {"level": 100.0 * level, "base": table.schemes[0], "changes": "; ".join(words)}
+        lines.append(sentence("coordination", **numbers) + _pitch_of_each_blade(table) + base)
     return "\n\n".join(lines)

@@ -22,9 +22,10 @@ from meltemi.analyses.performance import performance_of
 from meltemi.environment.grid import PowerGrid
 from meltemi.environment.site import STANDARD
 from meltemi.iec.winds import ntm
-from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond import loaded, part_chapter
 from meltemi.papers.palanimuthu2022.beyond.machines import SLOW
-from meltemi.papers.study import Draw, Progress, span
+from meltemi.papers.palanimuthu2022.paper import sentence
+from meltemi.papers.study import Draw, Progress, span, step_progress
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.power_control.controller import PowerController, default_frequency, shaft_inertia
@@ -42,8 +43,6 @@ from meltemi.studies.power_schemes.costs import ROOT, STEP, TOWER, few_modes
 from meltemi.studies.power_schemes.gaussian_wake import waked_speed
 from meltemi.tuning.run_store import FailedResultError, cells, survivors
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 Float = NDArray[np.float64]
 MACHINES = ("nrel5mw", "iea15mw")
@@ -128,11 +127,9 @@ Results = Mapping[str, TwoTurbineResults]
 
 def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Results:
     """Both studies on two turbines, or on another one."""
-    every = [turbine] if turbine else [aeroelastic(load_turbine(name), "loads in turbulence") for name in MACHINES]
-    n = len(every)
-    return {
-        t.name: _farm(t, QUICK if quick else FULL, workers, span(progress, i / n, 1.0 / n)) for i, t in enumerate(every)
-    }
+    turbines = [turbine] if turbine else [loaded(name) for name in MACHINES]
+    setup, length = QUICK if quick else FULL, 1.0 / len(turbines)
+    return {t.name: _farm(t, setup, workers, span(progress, i * length, length)) for i, t in enumerate(turbines)}
 
 
 def _cases(
@@ -143,9 +140,8 @@ def _cases(
     assert isinstance(turbine, Turbine)
     performance = performance_of(turbine)
     tables = rotor_tables(performance, turbine.control.pitch.minimum)
-    slow = SLOW * default_frequency(
-        turbine, tables, shaft_inertia(turbine)
-    )  # see the chapter on three turbines (beyond/machines.py)
+    # see the chapter on three turbines (beyond/machines.py)
+    slow = SLOW * default_frequency(turbine, tables, shaft_inertia(turbine))
     law = PowerController(turbine, performance, PowerControl(scheme="optimal_speed", frequency=slow))
     starts = {v: operating_point(model, v) for v in {each[3] for each in wanted}}
     for name, angle, power, v, seed in wanted:
@@ -174,11 +170,8 @@ def _farm(turbine: Turbine, setup: SchemeSetup, workers: int | None, progress: P
         name = f"farm, {turbine.name}, {math.degrees(angle):g} deg, {share:g}, seed {seed}"
         wanted.append((name, angle, power, setup.speed, seed))
     first_part = span(progress, 0.0, 0.6)
-    results = iter(
-        cells(
-            _cases(model, setup, wanted), reduce=reduced, workers=workers, progress=lambda x: first_part(x, "derating")
-        )
-    )
+    report = step_progress(first_part, "derating")
+    results = iter(cells(_cases(model, setup, wanted), reduce=reduced, workers=workers, progress=report))
     points = {}
     for angle, share in grid:
         rows = survivors(next(results) for _ in setup.seeds)
@@ -223,14 +216,12 @@ def _errors(
         name = f"farm, {farm.turbine.name}, {split}, seed {seed}"
         wanted.append((f"{name}, up", angle, powers[0], setup.speed, seed))
         wanted.append((f"{name}, down", 0.0, powers[1], v, seed + 100))
-    series = iter(
-        cells(
-            _cases(model, setup, wanted),
-            reduce=lambda result: np.asarray(result.between(setup.begin, end)["generator_power"]),
-            workers=workers,
-            progress=lambda x: progress(x, "following"),
-        )
-    )
+
+    def power(result: Result) -> Float:
+        return np.asarray(result.between(setup.begin, end)["generator_power"])
+
+    report = step_progress(progress, "following")
+    series = iter(cells(_cases(model, setup, wanted), reduce=power, workers=workers, progress=report))
     lacks: dict[str, list[float]] = {split: [] for split in farm.margins}
     for (split, (_, powers, _)), _seed in product(farm.margins.items(), setup.seeds):
         demand = sum(powers)
@@ -251,12 +242,7 @@ def loads_table(results: Results) -> Table:
             rows.append([*where, *changes, "yes" if farm.within(point) else "no", change_text(farm.gain(point))])
     head = ["turbine", "misalignment [deg]", "asked for [%]", "power [%]", "thrust [%]"]
     head += [*(f"{load} [%]" for load in LOADS.values()), "within", "power of both [%]"]
-    note = (
-        f"{FULL.speed:g} m/s, turbulence of {100 * INTENSITY:g} %; changes against the aligned turbine that gives all "
-        "it can, with 95 % intervals. Within: no load above it, in the mean. Power of both: with a second turbine, "
-        f"aligned, {SPACING:g} diameters downstream in the steady Gaussian wake, against both aligned. Asked for: of "
-        "the power of the wind across the rotor. Derated by A0 with the slow speed loop."
-    )
+    note = sentence("farm loads", speed=FULL.speed, intensity=100 * INTENSITY, spacing=SPACING)
     return Table(head, rows, "Derating and misalignment of the upstream turbine", text_columns=3, note=note)
 
 
@@ -273,11 +259,7 @@ def margins_table(results: Results) -> Table:
             rows.append([name, split, f"{math.degrees(angle):+.0f}", *powers, lack, change])
     head = ["turbine", "split", "misalignment [deg]", "upstream [MW]", "downstream [MW]", "smaller margin [MW]"]
     head += ["lack of power [%]", "its change [%]"]
-    note = (
-        f"{100 * DEMAND:.0f} % of what both have when aligned is asked of them; margin: what the turbine with less of "
-        "it has to spare in the mean wind. Lack: root mean square of what the sum falls short, share of what is "
-        "asked, in independent turbulence of both."
-    )
+    note = sentence("farm margins", demand=100 * DEMAND)
     return Table(head, rows, "Following power with margins", text_columns=3, note=note)
 
 
@@ -291,8 +273,7 @@ def chapter(results: Results, draw: Draw, *, applied: bool = False) -> Section:
 
 def verdict(results: Results) -> str:
     """Conclusion, from the results."""
-    source = "After Croce et al. (2024), Wind Energ. Sci. 9, 1211, and Tamaro et al. (2025), Wind Energ. Sci. 10, 2705"
-    lines = [f"{source}: their methods in short on our turbines, none of their numbers."]
+    lines = [sentence("farm source")]
     for name, farm in results.items():
         allowed = {p: farm.gain(p) for p in farm.points if p == ALIGNED or farm.within(p)}
         free = max(farm.points, key=lambda p: farm.gain(p).mean)
@@ -303,16 +284,11 @@ def verdict(results: Results) -> str:
         equal, aligned, steered = (farm.margins[split][2] * 1e-6 for split in SPLITS)
         angle = math.degrees(farm.margins[SPLITS[2]][0])
         added = f"{angle:+.0f}° add {steered - aligned:.2f} MW" if angle else "no misalignment tried adds any"
-        lines.append(
-            f"{name}: misaligned and within the loads of the aligned turbine: {words}. Most power of both: "
-            f"{_set_point_text(free)} without a constraint ({change_text(farm.gain(free))} %), "
-            f"{_set_point_text(best)} with it "
-            f"({change_text(farm.gain(best))} %). Margins: {added}; the split by the smaller margin leaves "
-            f"{steered:.2f} MW to spare, equal shares {equal:.2f} MW, and the lack of power changes by "
-            f"{change_text(lack)} %."
-        )
-    limits = "The wake is steady and its added turbulence is left out: loads of the downstream turbine are not judged."
-    return "\n\n".join([*lines, limits])
+        points = {"free": _set_point_text(free), "best": _set_point_text(best)}
+        gains = {"free_gain": change_text(farm.gain(free)), "best_gain": change_text(farm.gain(best))}
+        margins = {"added": added, "steered": steered, "equal": equal, "lack": change_text(lack)}
+        lines.append(sentence("farm", name=name, safe=words, **points, **gains, **margins))
+    return "\n\n".join([*lines, sentence("farm limits")])
 
 
 def _set_point_text(point: FarmSetPoint) -> str:

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 from meltemi.analyses.performance import performance_of
 from meltemi.analyses.rotor_performance import RotorPerformance
 from meltemi.environment.site import STANDARD
-from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond import loaded, part_chapter
+from meltemi.papers.palanimuthu2022.paper import sentence
 from meltemi.papers.study import Draw, Progress, span
 from meltemi.postprocess.ensemble import EnsembleTable, ensemble_table
 from meltemi.power_control.controller import PowerController, default_frequency, shaft_inertia
@@ -37,8 +38,6 @@ from meltemi.studies.power_schemes.costs import (
     rows_of,
 )
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -83,16 +82,9 @@ def lower_speed(turbine: Turbine, performance: RotorPerformance, level: float) -
 
 def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Results:
     """The schemes on the three turbines, or on another one."""
-    names = {t.name: t for t in ([turbine] if turbine else map(_loaded, MACHINES))}
-    length = 1.0 / len(names)
-    return {
-        name: _machine(t, quick, workers, span(progress, i * length, length))
-        for i, (name, t) in enumerate(names.items())
-    }
-
-
-def _loaded(name: str) -> Turbine:
-    return aeroelastic(load_turbine(name), "loads in turbulence")
+    turbines = [turbine] if turbine else [loaded(name) for name in MACHINES]
+    length = 1.0 / len(turbines)
+    return {t.name: _machine(t, quick, workers, span(progress, i * length, length)) for i, t in enumerate(turbines)}
 
 
 def _machine(turbine: Turbine, quick: bool, workers: int | None, progress: Progress) -> SchemeChanges:
@@ -122,21 +114,15 @@ def changes_table(results: Results) -> Table:
     """Table of changes against A0 by turbine."""
     rows = []
     for name, machine in results.items():
-        columns = [(machine.changes, scheme, BASE) for scheme in machine.changes.schemes[1:]]
-        for table, scheme, base in [
-            *columns,
-            *((machine.slow, scheme, SLOW_BASE) for scheme in (SLOW_HELD, SLOW_FAST)),
-        ]:
+        lines = [(machine.changes, scheme, BASE) for scheme in machine.changes.schemes[1:]]
+        lines += [(machine.slow, scheme, SLOW_BASE) for scheme in (SLOW_HELD, SLOW_FAST)]
+        for table, scheme, base in lines:
             changes = [change_text(table.entry(quantity, scheme).change) for quantity in SHOWN]
             where = [name, f"{100.0 * machine.low:.0f} to 100", f"{machine.frequency:.3f}"]
             rows.append([*where, scheme, base, *changes])
     head = ["turbine", "range of A2 [% of rated speed]", "speed loop [rad/s]", "scheme", "against"]
     head += [f"{quantity} [%]" for quantity in SHOWN]
-    note = (
-        f"{100.0 * FRONT_LEVEL:.0f} % of rated power asked for at {FULL.speed:g} m/s, class IB; changes with 95 % "
-        f"intervals. Slow loop: {SLOW:g} of the frequency. Narrow range: from {100 * NARROW:.0f} % of its "
-        "upper end."
-    )
+    note = sentence("machines", level=100.0 * FRONT_LEVEL, speed=FULL.speed, slow=SLOW, narrow=100 * NARROW)
     return Table(head, rows, "Changes by turbine, range and loop", text_columns=5, note=note)
 
 
@@ -176,26 +162,17 @@ def verdict(results: Results) -> str:
             f"{change_text(table.entry(quantity, scheme).change)} % ({name})" for name, table in tables.items()
         )
 
+    def tower_and_root(scheme: str, names: Iterable[str], *, slow: bool = False) -> dict[str, str]:
+        loads = {"tower": TOWER_LOAD, "root": ROOT_LOAD}
+        return {name: changes_text(load, scheme, names, slow=slow) for name, load in loads.items()}
+
     ranges = ", ".join(f"{100 * machine.low:.0f} % of rated speed on ({name})" for name, machine in results.items())
-    free = (
-        f"At {100.0 * FRONT_LEVEL:.0f} % of rated power A2 leaves the speed free from {ranges}. It changes the load of "
-        f"the tower base against A0 by {changes_text(TOWER_LOAD, HELD, results)}, that of the blade root by "
-        f"{changes_text(ROOT_LOAD, HELD, results)}."
-    )
-    loop = (
-        f"Two causes were tried. One is the speed loop at the upper end: with {SLOW:g} of its frequency in both "
-        f"schemes A2 changes the tower base against A0 by {changes_text(TOWER_LOAD, SLOW_HELD, results, slow=True)}, "
-        f"the blade "
-        f"root by {changes_text(ROOT_LOAD, SLOW_HELD, results, slow=True)}. A1, which pitches at rated speed only, "
-        f"changes "
-        f"the tower base by {changes_text(TOWER_LOAD, FAST, results)} against A0 with the loop as it is, and by "
-        f"{changes_text(TOWER_LOAD, SLOW_FAST, results, slow=True)} with the slow one in both."
-    )
-    lines = [free, loop]
+    fast = {"fast": changes_text(TOWER_LOAD, FAST, results)}
+    fast |= {"slow_fast": changes_text(TOWER_LOAD, SLOW_FAST, results, slow=True)}
+    lines = [
+        sentence("free speed", level=100.0 * FRONT_LEVEL, ranges=ranges, **tower_and_root(HELD, results)),
+        sentence("speed loop", slow=SLOW, **fast, **tower_and_root(SLOW_HELD, results, slow=True)),
+    ]
     if narrow := [name for name, machine in results.items() if NARROWED in machine.changes.schemes]:
-        lines.append(
-            f"The other is the width of the range: from {100 * NARROW:.0f} % of its upper end on it is "
-            f"{changes_text(TOWER_LOAD, NARROWED, narrow)} at the tower base, "
-            f"{changes_text(ROOT_LOAD, NARROWED, narrow)} at the root."
-        )
+        lines.append(sentence("narrow range", narrow=100 * NARROW, **tower_and_root(NARROWED, narrow)))
     return "\n\n".join(lines)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from meltemi.papers.palanimuthu2022.beyond import part_chapter
+from meltemi.papers.palanimuthu2022.beyond import loaded, part_chapter
+from meltemi.papers.palanimuthu2022.paper import sentence
 from meltemi.papers.study import Draw, Progress
 from meltemi.postprocess.ensemble import EnsembleTable
 from meltemi.reports.blocks import Section, Table
@@ -26,18 +27,15 @@ from meltemi.studies.power_schemes.costs import (
     front_figure,
 )
 from meltemi.turbine.definition import Turbine
-from meltemi.turbine.library import load_turbine
-from meltemi.turbine.power_turbine import aeroelastic
 
 TURBINE = "iea22mw"
 BASE_SPEED = 0.864
-"""Of rated speed: where the turbine's optimal torque meets rated power, and A0 holds it when 100 % are asked for."""
+"""Share of rated speed at which the optimal torque meets rated power, and which A0 holds at full power."""
 
 
 def study(quick: bool, *, turbine: Turbine | None = None, workers: int | None, progress: Progress) -> Costs:
     """The schemes on the review's aeroelastic turbine, or another one."""
-    turbine = turbine or aeroelastic(load_turbine(TURBINE), "loads in turbulence")
-    return schemes.study(turbine, quick, workers=workers, progress=progress)
+    return schemes.study(turbine or loaded(TURBINE), quick, workers=workers, progress=progress)
 
 
 def chapter(costs: Costs, draw: Draw, *, applied: bool = False) -> Section:
@@ -82,10 +80,7 @@ def best_scheme(table: EnsembleTable, quantity: str) -> str:
 
 def slow_base() -> str:
     """Sentence on A0 at full power."""
-    return (
-        f"At 100 % the base A0 holds {BASE_SPEED:g} of rated speed, where the optimal torque meets rated power, and "
-        "loses energy in every lull; the usual controller at full power is A1"
-    )
+    return sentence("slow base", speed=BASE_SPEED)
 
 
 def _at_full_power(table: EnsembleTable) -> str:
@@ -116,9 +111,5 @@ def verdict(costs: Costs) -> str:
     if (STEADY, 1.0) in tables and {"A1", "A2"} <= set(others):
         lines.append(_at_full_power(tables[STEADY, 1.0]))
     front = {q: efficient(costs.front, (PITCH, ENERGY, q)) for q in (TOWER_LOAD, ROOT_LOAD)}
-    lines.append(
-        "The speed at which A2 holds the speed again is a choice between pitch travel and loads. Not beaten in pitch "
-        f"travel, energy and the load of the tower base are {'; '.join(front[TOWER_LOAD])}. With the load of the blade "
-        f"root in its place they are {'; '.join(front[ROOT_LOAD])}."
-    )
+    lines.append(sentence("front", tower="; ".join(front[TOWER_LOAD]), root="; ".join(front[ROOT_LOAD])))
     return "\n\n".join(lines)

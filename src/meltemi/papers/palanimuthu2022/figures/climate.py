@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -59,40 +59,28 @@ def altitude() -> Figure:
     return figure
 
 
-def _power(ax: Axes, densities: Sequence[float], names: Sequence[str], title: str) -> None:
-    formula = rotor(FORMULA)
-    speed = np.linspace(0.2, 1.3, 221)
-    ratio, _ = formula.best()
-    best = ratio * paper.WIND / formula.radius
-    for colour, rho, name in zip(shades(len(names)), densities, names, strict=True):
+def _power(densities: Mapping[str, float], title: str) -> Figure:
+    figure, axes = new_figure(1, size=(7.5, 4.0))
+    ax, formula, speed = axes[0, 0], rotor(FORMULA), np.linspace(0.2, 1.3, 221)
+    best = formula.best()[0] * paper.WIND / formula.radius
+    for colour, (name, rho) in zip(shades(len(densities)), densities.items(), strict=True):
         ax.plot(speed, formula.power(speed, paper.WIND, 0.0, rho) * MEGA, color=colour, label=name)
         ax.plot(best, formula.power(best, paper.WIND, 0.0, rho) * MEGA, "o", color=colour, markersize=3.5)
-    ax.plot(
-        paper.SPEED,
-        paper.POWER * MEGA,
-        "*",
-        color=COLOURS[1],
-        markersize=11,
-        label="paper, 15 °C:\n21.2 MW, 0.75 rad/s",
-    )
+    stated = "paper, 15 °C:\n21.2 MW, 0.75 rad/s"
+    ax.plot(paper.SPEED, paper.POWER * MEGA, "*", color=COLOURS[1], markersize=11, label=stated)
     ax.set_ylim(bottom=0.0)
     label(ax, "rotor speed [rad/s]", "power [MW]", title)
     beside(ax)
+    return figure
 
 
-def power_by_temperature() -> Figure:
+def by_temperature() -> Figure:
     """Figure 4: power over rotor speed at rated wind, by temperature."""
-    figure, axes = new_figure(1, size=(7.5, 4.0))
-    names = [f"{t:g} °C" for t in SHOWN_TEMPERATURES]
-    _power(axes[0, 0], [float(density(t)) for t in SHOWN_TEMPERATURES], names, "dry air at sea level, 10.715 m/s, M1")
-    return figure
+    densities = {f"{t:g} °C": float(density(t)) for t in SHOWN_TEMPERATURES}
+    return _power(densities, "dry air at sea level, 10.715 m/s, M1")
 
 
-def power_by_altitude() -> Figure:
+def by_altitude() -> Figure:
     """Figure 5: power over rotor speed at rated wind, by altitude."""
-    figure, axes = new_figure(1, size=(7.5, 4.0))
-    names = [f"{h:g} m" for h in paper.ALTITUDES]
-    _power(
-        axes[0, 0], [float(density(15.0, 0.0, h)) for h in paper.ALTITUDES], names, "dry air of 15 °C, 10.715 m/s, M1"
-    )
-    return figure
+    densities = {f"{h:g} m": float(density(15.0, 0.0, h)) for h in paper.ALTITUDES}
+    return _power(densities, "dry air of 15 °C, 10.715 m/s, M1")

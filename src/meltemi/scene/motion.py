@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.scene.air import CrossSection, wind_section
+from meltemi.scene.record import Scene, track_arrays
+from meltemi.scene.shape import beam_axis, blade_skin, machine, sections
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model, Stations
-from meltemi.simulation.scene.air import CrossSection, wind_section
-from meltemi.simulation.scene.record import Scene, track_arrays
-from meltemi.simulation.scene.shape import beam_axis, blade_skin, machine, sections
 from meltemi.structure.blades import blade_motion
 from meltemi.wind.fields import SteadyWind, Wind
 
@@ -41,8 +41,8 @@ class Recorder:
     """Records what a scene needs, as further columns of a run's output.
 
     Args:
-      model: with blades.
-      stations: those that the run has already.
+      model: model of a turbine with blades.
+      stations: stations of section loads of the run.
 
     Raises:
       InputError: the model is a power-coefficient turbine.
@@ -50,14 +50,14 @@ class Recorder:
 
     def __init__(self, model: Model[Any], stations: Stations) -> None:
         self.model, added = with_blades(model, "view"), cuts(with_blades(model, "view"))
-        self.own, self.cuts = stations, added
+        self.requested, self.cuts = stations, added
         self.stations = Stations((*stations.blade, *added.blade), (*stations.tower, *added.tower))
 
     def places(self, case: Case) -> NDArray[np.int64]:
         """Indices of the recorded signals of a case; remembers their order."""
         B, N = case["motion"].shape[1:]
         blades, nodes = range(B), range(N)
-        first, low = len(self.own.blade), len(self.own.tower)
+        first, low = len(self.requested.blade), len(self.requested.tower)
         span = range(first, first + len(self.cuts.blade))
         up = (0, *range(1 + low, 1 + low + len(self.cuts.tower)))
         wanted: dict[str, list[tuple[str, str | None, tuple[int, ...]]]] = {
@@ -77,23 +77,23 @@ class Recorder:
             "bending": [("station", f"moment_{x}", (b, i)) for b in blades for i in span for x in "xy"],
             "tower_bending": [("tower_station", f"moment_{x}", (i,)) for i in up for x in "xy"],
         }
-        found, at = [], 0
+        places, at = [], 0
         self.columns: dict[str, slice] = {}
         for name, entries in wanted.items():
             for array, row, index in entries:
                 place = index if row is None else (case.view(array).table.index(row), *index)
-                found.append(case.signals.place(array, place))
-            self.columns[name] = slice(at, len(found))
-            at = len(found)
-        return np.array(found, dtype=np.int64)
+                places.append(case.signals.place(array, place))
+            self.columns[name] = slice(at, len(places))
+            at = len(places)
+        return np.array(places, dtype=np.int64)
 
     def scene(self, data: Float, time: Float, wind: Wind) -> Scene | None:
         """The scene of a run; None of one that has no samples.
 
         Args:
           data: (T, n) values of the signals of :meth:`places`.
-          time: (T,) [s].
-          wind: of the run.
+          time: (T,) [s] instants of the samples.
+          wind: wind of the run.
         """
         good = np.isfinite(data).all(axis=1)
         if not good.any():
@@ -184,7 +184,7 @@ def deformed(case: Case, q: Float, tip: Float | None, s: Float) -> Float:
     """(T, B, S, 6) displacement [m] of the blade sections and their rotation vector [rad], blade axes.
 
     Args:
-      case: of the model, whose coordinates and motion are overwritten.
+      case: a case of the model, whose coordinates and motion are overwritten.
       q: (T, n) coordinates.
       tip: (T, B, 6) displacement and rotation of the tips; without it they are extrapolated.
       s: (S,) [m] sections from the blade root.
@@ -210,8 +210,8 @@ def deformed(case: Case, q: Float, tip: Float | None, s: Float) -> Float:
     if tip is not None:
         nodes[:, :, -1] = tip
     between = CubicSpline(z[: nodes.shape[2]], np.eye(nodes.shape[2]))(s)  # (S, nodes)
-    found: Float = np.einsum("sn,tbnk->tbsk", between.astype(np.float32), nodes, optimize=True)
-    return found
+    nodes_at: Float = np.einsum("sn,tbnk->tbsk", between.astype(np.float32), nodes, optimize=True)
+    return nodes_at
 
 
 def blade_arrays(model: BladedModel, s: Float) -> dict[str, NDArray[Any]]:

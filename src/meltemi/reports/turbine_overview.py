@@ -19,7 +19,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.rotors import build
 from meltemi.structure.beam import Beam
-from meltemi.structure.members import Member, blade_beam, blade_member, cells, tower_beam
+from meltemi.structure.members import ModalMember, blade_beam, blade_member, cells, tower_beam
 from meltemi.turbine.definition import BladeStructure, Turbine
 from meltemi.turbine.power_turbine import PowerTurbine
 
@@ -31,12 +31,12 @@ PITCHES = tuple(np.radians(np.arange(-6.0, 20.01, 1.0)).tolist())
 
 
 @dataclass(frozen=True)
-class Portrait:
+class TurbineOverview:
     """Summary of an aeroelastic turbine; what could not be computed is None, with the reason in ``problems``.
 
     Attributes:
-      turbine: its description.
-      model: its model with default options.
+      turbine: description of the turbine.
+      model: model of the turbine with default options.
       blade: the clamped blade with two flap and two edge modes, and the first torsion mode if it is flexible in
         torsion.
       modes: natural modes of the assembled turbine at rest, in vacuum.
@@ -47,7 +47,7 @@ class Portrait:
 
     turbine: Turbine
     model: BladedModel | None
-    blade: Member | None
+    blade: ModalMember | None
     modes: tuple[Mode, ...] | None
     performance: RotorPerformance | None
     curve: tuple[OperatingPoint, ...] | None
@@ -69,12 +69,12 @@ class Portrait:
 
 
 @dataclass(frozen=True)
-class PowerPortrait:
+class PowerTurbineOverview:
     """Summary of a power-coefficient turbine; what could not be computed is None, with the reason in ``problems``.
 
     Attributes:
-      turbine: its description.
-      performance: its coefficients.
+      turbine: description of the turbine.
+      performance: coefficients of the rotor.
       curve: operating points by wind speed; denser around rated.
       problems: reasons by missing item.
     """
@@ -85,15 +85,15 @@ class PowerPortrait:
     problems: Mapping[str, str]
 
 
-def power_portrait(turbine: PowerTurbine) -> PowerPortrait:
+def power_turbine_overview(turbine: PowerTurbine) -> PowerTurbineOverview:
     """Compute the summary of a power-coefficient turbine."""
     problems: dict[str, str] = {}
     model = build(turbine)
     curve = _attempt(problems, "curve", lambda: _curve(model, problems, lambda _: None))
-    return PowerPortrait(turbine, performance_of(turbine), curve, problems)
+    return PowerTurbineOverview(turbine, performance_of(turbine), curve, problems)
 
 
-def portrait(turbine: Turbine, *, progress: Callable[[float], None] | None = None) -> Portrait:
+def turbine_overview(turbine: Turbine, *, progress: Callable[[float], None] | None = None) -> TurbineOverview:
     """Compute the summary of an aeroelastic turbine; what fails is omitted, with its reason.
 
     Args:
@@ -113,7 +113,7 @@ def portrait(turbine: Turbine, *, progress: Callable[[float], None] | None = Non
         done(0.3)
         curve = _attempt(problems, "curve", lambda: _curve(model, problems, lambda x: done(0.3 + 0.7 * x)))
     done(1.0)
-    return Portrait(turbine, model, blade, modes, performance, curve, problems)
+    return TurbineOverview(turbine, model, blade, modes, performance, curve, problems)
 
 
 def principal_stiffness(blade: BladeStructure) -> tuple[Float, Float, Float | None]:
@@ -161,7 +161,7 @@ def _attempt(problems: dict[str, str], what: str, compute: Callable[[], T]) -> T
         return None
 
 
-def _blade(turbine: Turbine) -> Member:
+def _blade(turbine: Turbine) -> ModalMember:
     structure = turbine.blade.structure
     counts = {"flap": 2, "edge": 2, "torsion": int(structure.twists)}
     return blade_member(structure, counts, cells(np.linspace(0.0, turbine.blade.length, 21)))

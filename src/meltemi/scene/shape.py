@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.structure.members import Member
+from meltemi.structure.members import ModalMember
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.thickness import thickness_in
 
@@ -16,9 +16,9 @@ Float = NDArray[np.float64]
 SECTIONS, POINTS, LEVELS = 40, 28, 24
 """Sections of a blade that are drawn, points of their outlines, and sections of the tower."""
 CAMBER = 0.025
-"""Of the drawn airfoils, over the chord."""
+"""Camber of the drawn airfoils, over the chord."""
 USUAL_THICKNESS = 0.21
-"""Of an airfoil whose thickness is unknown."""
+"""Relative thickness of an airfoil whose thickness is unknown."""
 
 
 def sections(length: float) -> Float:
@@ -26,7 +26,7 @@ def sections(length: float) -> Float:
     return length * (1.0 - (1.0 - np.linspace(0.0, 1.0, SECTIONS)) ** 1.35)
 
 
-def beam_axis(blade: Member, s: Float, hub_radius: float) -> Float:
+def beam_axis(blade: ModalMember, s: Float, hub_radius: float) -> Float:
     """(S, 3) [m] points of the undeformed beam axis from the rotor apex, blade axes."""
     points: Float = blade.beam.at(s, "axis") + np.array([0.0, 0.0, hub_radius])
     return points
@@ -39,8 +39,8 @@ def thickness(turbine: Turbine, s: Float) -> Float:
         airfoil = turbine.airfoils[name]
         given = airfoil.relative_thickness or thickness_in(name)
         known.append(given or (USUAL_THICKNESS if np.ptp(airfoil.lift) > 0.5 else 1.0))
-    found: Float = np.interp(s, turbine.blade.aerodynamics.position, known)
-    return found
+    relative_thickness: Float = np.interp(s, turbine.blade.aerodynamics.position, known)
+    return relative_thickness
 
 
 def roundness(t: Float | float) -> Any:
@@ -64,7 +64,7 @@ def outline(t: float) -> Float:
     return np.stack([y, x - 0.25 - 0.25 * round_], axis=1)
 
 
-def blade_skin(turbine: Turbine, blade: Member, s: Float) -> Float:
+def blade_skin(turbine: Turbine, blade: ModalMember, s: Float) -> Float:
     """(S, P, 3) [m] outlines of the undeformed sections from the beam axis, blade axes (x flap, y to trailing edge)."""
     a = turbine.blade.aerodynamics
     axis, thick = blade.beam.at(s, "axis"), thickness(turbine, s)

@@ -50,10 +50,10 @@ def track_arrays(name: str, values: Float, tolerance: float | None = None, weigh
     """Arrays of a track.
 
     Args:
-      name: of the track.
+      name: name of the track.
       values: (T, ..., n) or, with a tolerance, (T, series, points, n): all series share a basis of (points, n).
       tolerance: largest error of ``weight`` times a value; without it every value has its own 16 bits.
-      weight: (n,) of the values.
+      weight: (n,) weights of the values.
     """
     if tolerance is None:
         mean = 0.5 * (values.max(axis=0) + values.min(axis=0))
@@ -63,7 +63,7 @@ def track_arrays(name: str, values: Float, tolerance: float | None = None, weigh
     flat = (values * w).reshape(-1, int(np.prod(shape)))
     mean = flat.mean(axis=0)
     flat = flat - mean
-    if len(flat) < flat.shape[1]:  # of few instants: the smaller problem
+    if len(flat) < flat.shape[1]:  # with few instants this is the smaller problem
         basis = np.linalg.svd(flat, full_matrices=False)[2]
     else:
         basis = np.linalg.eigh(flat.T @ flat)[1][:, ::-1].T
@@ -75,9 +75,9 @@ def track_arrays(name: str, values: Float, tolerance: float | None = None, weigh
     count = max(count, 1)
     amplitude = amplitude[:, :count].reshape(*values.shape[:-2], count)
     scale = np.maximum(np.abs(amplitude).max(axis=tuple(range(amplitude.ndim - 1))) / FULL, 1e-30)
-    found = _stored(name, np.round(amplitude / scale), scale, mean.reshape(shape) / w)
-    found[f"{name}.basis"] = (basis[:count].reshape(count, *shape) / w).astype(np.float32)
-    return found
+    stored = _stored(name, np.round(amplitude / scale), scale, mean.reshape(shape) / w)
+    stored[f"{name}.basis"] = (basis[:count].reshape(count, *shape) / w).astype(np.float32)
+    return stored
 
 
 def _stored(name: str, amplitude: Float, scale: Float, mean: Float) -> dict[str, NDArray[Any]]:

@@ -21,10 +21,10 @@ class CrossSection:
     """A section across the wind.
 
     Attributes:
-      height: [m] of its middle.
-      half_width, half_height: [m].
+      height: [m] height of the middle.
+      half_width, half_height: [m] half the extent across and up.
       points: along each side.
-      diameter: [m] of the rotor, over which the linear shear of a series acts.
+      diameter: [m] diameter of the rotor, over which the linear shear of a series acts.
     """
 
     height: float
