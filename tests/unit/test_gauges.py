@@ -116,6 +116,8 @@ def test_first_moment_has_offsets_and_prebend(turbine: Turbine) -> None:
 
 def test_overhanging_mass_is_that_of_its_parts(turbine: Turbine) -> None:
     """An upwind rotor pulls the tower upwind: a negative fore-aft moment, plus the nacelle behind the tower."""
+    changed = {"nacelle.mass_centre": (1.9, 0.4, 1.75), "nacelle.yaw_inertia": 2.7e6, "hub.mass_centre": -0.3}
+    turbine = turbine.replace(**changed)
     s, n, hub = turbine.blade.structure, turbine.nacelle, turbine.hub
     assert s.mass is not None
     r = hub.radius + s.position
@@ -124,9 +126,23 @@ def test_overhanging_mass_is_that_of_its_parts(turbine: Turbine) -> None:
     x, y = overhanging_mass(turbine)
     assert x == pytest.approx(np.cos(n.tilt) * along + n.mass * n.mass_centre[0], rel=1e-3)
     assert y == pytest.approx(n.mass * n.mass_centre[1], abs=1e-9)
-    ahead, left = tower_moments(turbine, np.array([0.0, 0.5 * np.pi]))
+    ahead, left, back = tower_moments(turbine, np.array([0.0, 0.5 * np.pi, np.pi]))
+    assert back == pytest.approx(-ahead) and x < 0.0 < y
     assert ahead == pytest.approx([GRAVITY * x, -GRAVITY * y])
     assert left == pytest.approx([-GRAVITY * y, -GRAVITY * x], abs=1e-6)
+
+
+def test_the_second_blade_follows_the_first(turbine: Turbine) -> None:
+    """By a third of a revolution in azimuth: the gauges of blade 2 feel its weight."""
+    psi = 2.0 * np.pi * np.arange(4000) / 400.0
+    records = []
+    for pitch in (0.05, 1.4):
+        theta = np.full(len(psi), pitch)
+        s = ZERO + root_moments(turbine, psi + 2.0 * np.pi / 3.0, theta) @ K.T
+        signals = {"root_moment_flap_2": s[:, 0], "root_moment_edge_2": s[:, 1]}
+        records.append(record(signals | {"azimuth": psi % (2.0 * np.pi), "pitch_2": theta}))
+    found = calibrate_roots(records, turbine, 2)
+    assert found.zero == pytest.approx(ZERO) and found.gain == pytest.approx(np.linalg.inv(K))
 
 
 def inside(found: Calibration, zero: Float, gain: Float) -> NDArray[np.bool_]:

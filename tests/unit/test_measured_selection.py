@@ -86,9 +86,10 @@ def test_records_are_rejected_with_a_reason(turbine: Turbine) -> None:
     spike = DataIssue("spike", "2.csv", "generator_power (P)", records[2].begin + 100.0, 0.1, 1, "")
     elsewhere = DataIssue("spike", "2.csv", "root_moment_flap_1 (My)", records[3].begin + 100.0, 0.1, 1, "")
     clock = DataIssue("clock", "b", "generator_power", records[4].begin, 30.0, 1, "")
-    selected = select(records, turbine, issues=[spike, elsewhere, clock])
+    before = DataIssue("stuck", "0.csv", "generator_power (P)", records[0].begin - 50.0, 60.0, 1, "")
+    selected = select(records, turbine, issues=[spike, elsewhere, clock, before])
     assert [each.rejected for each in selected] == [
-        "",
+        "stuck in generator_power (P)",
         "rotor_speed: 98.3 % of the samples, 99 % are required",
         "spike in generator_power (P)",
         "",
@@ -96,6 +97,7 @@ def test_records_are_rejected_with_a_reason(turbine: Turbine) -> None:
     ]
     assert not any(s.rejected for s in select(records[1:2], turbine, rules=SelectionRules(complete=0.9)))
     assert not select(records[2:3], turbine, issues=[spike], rules=SelectionRules(excluding=("stuck",)))[0].rejected
+    assert not select(records[:1], turbine, issues=[replace(before, duration=40.0)])[0].rejected
     rows = selection_table(selected).rows
     assert rows[2][2:5] == ["production", "rejected", "8.000"] and rows[2][-1] == "spike in generator_power (P)"
     with pytest.raises(InputError, match=r"0.csv: no channel 'root_moment_flap_1'"):
