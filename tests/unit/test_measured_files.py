@@ -17,6 +17,7 @@ from meltemi.core.hdf5 import to_netcdf
 from meltemi.core.yamlfile import write_record
 from meltemi.validation.channel_map import ChannelMap, Sensor, TimeStamps, read_channel_map
 from meltemi.validation.measurements import Measurements, measurements_of, read_measurements
+from meltemi.validation.quality import inspected
 
 BEGIN = 1_714_564_800.0
 """2024-05-01 12:00:00 UTC."""
@@ -182,6 +183,8 @@ def test_short_files_that_follow_each_other_are_joined(tmp_path: Path) -> None:
         (tmp_path / f"{minute:02d}.csv").write_text("\n".join(["t,P,u", *rows]))
     measured = read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
     assert [(r.file, len(r["wind_speed"].values)) for r in measured.records()] == [("00.csv", 1080), ("09.csv", 600)]
+    (gap,) = [issue for issue in inspected(measured).issues if issue.kind == "gap"]
+    assert (gap.file, gap.samples) == ("09.csv", 120) and "before row 1 of the file" in gap.text
     (tmp_path / "08.csv").write_text("\n".join(["t,P,u", *(f"{BEGIN + 480.0 + k / RATE!r},1,2" for k in range(120))]))
     measured = read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
     assert [(r.file, len(r["wind_speed"].values)) for r in measured.records()] == [("00.csv", 1200), ("00.csv", 600)]

@@ -82,9 +82,10 @@ class LoggerSeries:
     files: tuple[str, ...]
     first: tuple[int, ...]
 
-    def file_of(self, row: int) -> str:
-        """Name of the file of a row."""
-        return self.files[int(np.searchsorted(self.first, row, side="right")) - 1]
+    def place(self, row: int) -> tuple[str, int]:
+        """File of a row, and the row in it, counted from 0."""
+        i = int(np.searchsorted(self.first, row, side="right")) - 1
+        return self.files[i], row - self.first[i]
 
     def spans(self, length: float) -> Iterator[tuple[str, float, float, bool]]:
         """Files that are a record of ``length`` [s], and runs of others: name, begin, end [s], whether it is one."""

@@ -94,23 +94,22 @@ def _runs(
         if marked[begin]:
             n, time = int(end - begin), float(series.time[begin])
             words = text if isinstance(text, str) else text(slice(begin, end))
-            yield DataIssue(kind, series.file_of(int(begin)), label, time, n / series.rate, n, words)
+            yield DataIssue(kind, series.place(int(begin))[0], label, time, n / series.rate, n, words)
 
 
 def _of_stamps(series: LoggerSeries) -> Iterator[DataIssue]:
     """Gaps, duplicated stamps and rows out of order."""
     step = np.diff(series.time) * series.rate
-    joins = {first - 1 for first in series.first[1:]}
     for i in np.flatnonzero((step > 1.5) | (step < 0.5)):
         lost = round(float(step[i])) - 1
-        file, time = series.file_of(int(i) + 1), float(series.time[i])
-        if step[i] > 1.5 and int(i) not in joins:
-            text = f"{lost} samples at {series.rate:g} Hz are missing between two rows"
+        (file, row), time = series.place(int(i) + 1), float(series.time[i])
+        if step[i] > 1.5:
+            text = f"{lost} samples at {series.rate:g} Hz are missing before row {row + 1} of the file"
             yield DataIssue("gap", file, "", time, float(step[i]) / series.rate, lost, text)
-        elif abs(step[i]) < 0.5 and step[i] >= 0.0:
+        elif step[i] >= 0.0:
             text = "two rows have one time stamp; remove one of them, or correct rate and zone (end of summer time)"
             yield DataIssue("duplicate", file, "", time, 0.0, 1, text)
-        elif step[i] < 0.0:
+        else:
             text = f"time goes back by {-step[i] / series.rate:.4g} s; sort the rows, or correct zone and clock"
             yield DataIssue("order", file, "", time, 0.0, 1, text)
 
