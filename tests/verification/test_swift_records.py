@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import meltemi
 from meltemi.validation.channel_map import ChannelMap
 from meltemi.validation.measurements import Measurements, measurements_of
+from meltemi.validation.plausibility import plausible
 from meltemi.validation.quality import inspected, spikes
+from meltemi.validation.selection import select
 
 pytestmark = pytest.mark.reference
 
@@ -92,3 +96,19 @@ def test_spike_of_the_flap_moment(folder: Path) -> None:
         assert np.flatnonzero(spikes(x, series.rate)).tolist() == [2345]
         count += 1
     assert count >= 7
+
+
+def test_records_are_of_this_turbine_in_production(folder: Path) -> None:
+    """No issue with the turbine of the deck; power that is taken for W, or a reversed flap moment, is one."""
+    turbine = meltemi.io.read_openfast(folder / "deck/OpenFAST_model/SNLV27_OF2.fst")
+    for path in sorted((folder / "records").glob("*.npz")):
+        everything = measured(path)
+        assert not plausible(everything, turbine), path.stem
+        (one,) = select(everything.records(), turbine, wind="u_32m", issues=everything.issues)
+        assert one.operation == "production"
+    wrong = {"generator_power": 1e-3, "rotor_speed": np.pi / 30.0, "root_moment_flap_1": -1.0}
+    series = measured(folder / "records" / "neutral_02.npz").loggers[0]
+    for name, factor in wrong.items():
+        changed = replace(series, values={**series.values, name: factor * series.values[name]})
+        issues = plausible(Measurements(CHANNELS, (changed,)), turbine)
+        assert [issue.kind for issue in issues if issue.channel == name] == ["unit" if factor > 0.0 else "sign"]

@@ -73,7 +73,7 @@ def inspected(measurements: Measurements, rules: QualityRules = RULES) -> Measur
             channel = known_channel(name)
             if kind != "position" and not (channel and channel.wrap):
                 marked = spikes(values, series.rate, rules)
-                issues += _runs(series, label, marked, "spike", _spike_text(name, values, rules))
+                issues += _runs(series, label, marked, "spike", _spike_text(values, sensor.si[0], rules))
                 machine = kind in ("power", "rpm")
                 longest = rules.stuck_machine if machine else rules.stuck
                 still = stuck(values, series.rate, longest) & ~(machine & (values == 0.0))
@@ -159,15 +159,14 @@ def _bounds(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in zip(edge[::2], edge[1::2], strict=True)]
 
 
-def _spike_text(name: str, values: Float, rules: QualityRules) -> Callable[[slice], str]:
-    channel = known_channel(name)
-    unit, factor = display(channel.unit) if channel else ("", 1.0)
+def _spike_text(values: Float, si_unit: str, rules: QualityRules) -> Callable[[slice], str]:
+    unit, factor = display(si_unit)
     middle = float(np.median(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
 
     def text(rows: slice) -> str:
         worst = max(values[rows], key=lambda x: abs(x - middle))
         return (
-            f"{f'{worst * factor:.4g} {unit}'.rstrip()}, more than {rules.spike_deviations:g} deviations from the "
+            f"{worst * factor:.4g} {unit}, more than {rules.spike_deviations:g} deviations from the "
             f"median of {rules.spike_window:g} s; look at it, and exclude the record if it is no load"
         )
 
