@@ -141,14 +141,14 @@ def test_the_second_blade_follows_the_first(turbine: Turbine) -> None:
         s = ZERO + root_moments(turbine, psi + 2.0 * np.pi / 3.0, theta) @ K.T
         signals = {"root_moment_flap_2": s[:, 0], "root_moment_edge_2": s[:, 1]}
         records.append(record(signals | {"azimuth": psi % (2.0 * np.pi), "pitch_2": theta}))
-    found = calibrate_roots(records, turbine, 2)
-    assert found.zero == pytest.approx(ZERO) and found.gain == pytest.approx(np.linalg.inv(K))
+    calibration = calibrate_roots(records, turbine, 2)
+    assert calibration.zero == pytest.approx(ZERO) and calibration.gain == pytest.approx(np.linalg.inv(K))
 
 
-def inside(found: Calibration, zero: Float, gain: Float) -> NDArray[np.bool_]:
+def inside(calibration: Calibration, zero: Float, gain: Float) -> NDArray[np.bool_]:
     """Whether the true numbers lie within the intervals: both zeros and the four gains."""
-    errors = np.concatenate([found.zero - zero, (found.gain - gain).ravel()])
-    return np.abs(errors) <= np.concatenate([found.zero_half, found.gain_half.ravel()])
+    errors = np.concatenate([calibration.zero - zero, (calibration.gain - gain).ravel()])
+    return np.abs(errors) <= np.concatenate([calibration.zero_half, calibration.gain_half.ravel()])
 
 
 def test_zeros_gains_and_crosstalk_are_recovered(turbine: Turbine) -> None:
@@ -171,21 +171,23 @@ def test_tower_gauges_are_recovered(turbine: Turbine) -> None:
     shares = []
     for seed in range(60):
         s = ZERO + tower_moments(turbine, yaw) @ K.T + noise(n, 0.05 * size, np.random.default_rng(seed))
-        found = calibrate_tower(record({TOWER[0]: s[:, 0], TOWER[1]: s[:, 1], "nacelle_yaw": yaw}), turbine)
-        shares.append(inside(found, ZERO, C))
-    assert found.use == ("all", "all")
+        calibration = calibrate_tower(record({TOWER[0]: s[:, 0], TOWER[1]: s[:, 1], "nacelle_yaw": yaw}), turbine)
+        shares.append(inside(calibration, ZERO, C))
+    assert calibration.use == ("all", "all")
     assert 0.92 <= np.mean(shares) <= 0.99
 
 
 def test_one_pitch_angle_calibrates_one_gauge(turbine: Turbine) -> None:
     """At feather the edge gauge feels hardly any weight: only its deviation and equivalent load are compared."""
-    found = calibrate_roots(idle(turbine, 3, pitches=(1.55,)), turbine)
-    assert found.use == ("all", "range")
-    assert np.isfinite(found.zero[0]) and np.isnan(found.zero[1])
-    flap, edge = found.moments(ZERO + np.array([[2e6, 0.0]]) @ K.T)[0]
+    calibration = calibrate_roots(idle(turbine, 3, pitches=(1.55,)), turbine)
+    assert calibration.use == ("all", "range")
+    assert np.isfinite(calibration.zero[0]) and np.isnan(calibration.zero[1])
+    flap, edge = calibration.moments(ZERO + np.array([[2e6, 0.0]]) @ K.T)[0]
     assert flap == pytest.approx(2e6, rel=0.05) and np.isnan(edge)
-    assert any("crosstalk" in note for note in found.notes) and any("another pitch" in note for note in found.notes)
-    table = calibration_table([found])
+    assert any("crosstalk" in note for note in calibration.notes) and any(
+        "another pitch" in note for note in calibration.notes
+    )
+    table = calibration_table([calibration])
     assert [row[-1] for row in table.rows] == ["all", "range"] and "equivalent load" in table.note
 
 
@@ -194,8 +196,8 @@ def test_a_gauge_that_feels_no_gravity_is_not_calibrated(turbine: Turbine) -> No
     chance = np.random.default_rng(1)
     for each in records:
         each["root_moment_flap_1"].values[:] = 3e6 * chance.standard_normal(len(each["azimuth"].time))
-    found = calibrate_roots(records, turbine)
-    assert found.use[0] == "range" and "explains" in found.notes[0]
+    calibration = calibrate_roots(records, turbine)
+    assert calibration.use[0] == "range" and "explains" in calibration.notes[0]
 
 
 def test_wrong_signs_are_refused(turbine: Turbine) -> None:

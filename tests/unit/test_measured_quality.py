@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -35,8 +36,8 @@ def measured(kind: str = "sonic", unit: str = "m/s", **columns: Any) -> Measurem
     return measurements_of({"a": columns}, given)
 
 
-def kinds(found: Measurements) -> list[str]:
-    return [issue.kind for issue in found.issues]
+def kinds(checked: Measurements) -> list[str]:
+    return [issue.kind for issue in checked.issues]
 
 
 def test_clean_data_have_no_issues() -> None:
@@ -52,21 +53,21 @@ def test_gaps_duplicates_and_order_are_reported_not_repaired() -> None:
     time[2000:] -= 60.0
     x = gusts(len(time), 3)
     x[100:120] = np.nan
-    found = inspected(measured(t=time, u=x))
-    assert sorted(kinds(found)) == ["duplicate", "gap", "gap", "missing", "order"]
-    gap = next(issue for issue in found.issues if issue.kind == "gap")
+    checked = inspected(measured(t=time, u=x))
+    assert sorted(kinds(checked)) == ["duplicate", "gap", "gap", "missing", "order"]
+    gap = next(issue for issue in checked.issues if issue.kind == "gap")
     assert (
         gap.samples == 40
         and "before row 501 of" in gap.text
         and gap.time == pytest.approx(BEGIN + 49.9, abs=1e-3)
         and gap.duration == pytest.approx(4.1)
     )
-    missing = next(issue for issue in found.issues if issue.kind == "missing")
+    missing = next(issue for issue in checked.issues if issue.kind == "missing")
     assert missing.samples == 20 and missing.duration == pytest.approx(2.0) and "v (u)" in str(missing)
-    assert np.array_equal(found.loggers[0].time, time) and np.array_equal(
-        found.loggers[0].values["v"], x, equal_nan=True
+    assert np.array_equal(checked.loggers[0].time, time) and np.array_equal(
+        checked.loggers[0].values["v"], x, equal_nan=True
     )
-    table = issues_table(found.issues)
+    table = issues_table(checked.issues)
     assert isinstance(table, Table) and table.rows[0][3].startswith("2023-11-14 ")
     assert [(row[0], row[4]) for row in table.rows] == [
         ("gap", "2"),
@@ -92,9 +93,9 @@ def test_spikes_are_detected_where_they_are(length: int) -> None:
 def test_every_spike_is_an_issue_with_its_value() -> None:
     x = 10.0 + gusts(6000, 4)
     x[1000], x[4000] = 60.0, -40.0
-    found = inspected(measured(t=BEGIN + np.arange(6000) / RATE, u=x))
-    assert [issue.text.split(",")[0] for issue in found.issues] == ["60 m/s", "-40 m/s"]
-    assert [issue.time - BEGIN for issue in found.issues] == pytest.approx([100.0, 400.0])
+    checked = inspected(measured(t=BEGIN + np.arange(6000) / RATE, u=x))
+    assert [issue.text.split(",")[0] for issue in checked.issues] == ["60 m/s", "-40 m/s"]
+    assert [issue.time - BEGIN for issue in checked.issues] == pytest.approx([100.0, 400.0])
 
 
 def test_limits_of_spikes_change_them() -> None:
@@ -147,9 +148,9 @@ def test_lag_of_clocks_is_recovered() -> None:
     hits, halves = [], []
     for seed in range(60):
         lag = 5.0 * np.sin(seed)
-        found, correlation = clock_lag(*two_clocks(seed, lag), 4.0, 30.0)
-        hits.append(abs(found.mean - lag) <= found.half_width)
-        halves.append(found.half_width)
+        estimate, correlation = clock_lag(*two_clocks(seed, lag), 4.0, 30.0)
+        hits.append(abs(estimate.mean - lag) <= estimate.half_width)
+        halves.append(estimate.half_width)
         assert correlation > 0.9
     assert 0.9 <= np.mean(hits) <= 1.0 and np.median(halves) < 0.1
 
@@ -178,12 +179,11 @@ def test_clocks_of_loggers_that_share_a_channel(lag: float, words: str) -> None:
         "a": {"t": t, "P": x[2000 : 2000 + n]},
         "b": {"t": t, "P": x[2000 - round(lag) : 2000 - round(lag) + n] + 2e4 * chance.standard_normal(n)},
     }
-    found = inspected(measurements_of(tables, given))
-    assert kinds(found) == (["clock"] if words else [])
+    checked = inspected(measurements_of(tables, given))
+    assert kinds(checked) == (["clock"] if words else [])
     if words:
-        assert found.issues[0].duration == pytest.approx(abs(lag), abs=0.5)
-        with pytest.raises(AssertionError, match=words):
-            raise AssertionError(str(found.issues[0]))
+        assert checked.issues[0].duration == pytest.approx(abs(lag), abs=0.5)
+        assert re.search(words, str(checked.issues[0]))
     tables["b"]["P"] = 1e6 + 2e5 * gusts(n, 10, 60.0)
     other = inspected(measurements_of(tables, given), QualityRules(longest_lag=100.0))
     assert kinds(other) == ["clock"] and "another quantity" in other.issues[0].text

@@ -287,13 +287,13 @@ def _together(record: MeasuredRecord, gauges: Sequence[str], angles: Sequence[st
     for name in gauges[1:]:
         if not np.array_equal(record[name].time, time):
             raise InputError(f"{record.file}: {name} and {gauges[0]} are of loggers with different time stamps")
-    found = []
+    at_times = []
     for name in angles:
         signal, there = record[name], np.isfinite(record[name].values)
         if there.sum() < 2:
             raise InputError(f"{record.file}: {name} has no samples")
-        found.append(np.interp(time, signal.time[there], np.unwrap(signal.values[there])))
-    return np.stack([record[name].values for name in gauges], axis=1), found
+        at_times.append(np.interp(time, signal.time[there], np.unwrap(signal.values[there])))
+    return np.stack([record[name].values for name in gauges], axis=1), at_times
 
 
 def calibration_table(calibrations: Sequence[Calibration]) -> Table:

@@ -43,7 +43,7 @@ def ranges(turbine: Turbine) -> dict[str, tuple[float, float]]:
     ratio, radius = turbine.drivetrain.gear_ratio, turbine.rotor_radius
     thrust = power / 5.0  # at a speed of 10 m/s and half of it lost to the wake
     blade = max(GRAVITY * first_moment(turbine)[2], thrust * radius / 2.0 / turbine.n_blades)
-    found = {
+    limits = {
         "generator_power": (0.005 * power, 2.0 * power),
         "rotor_speed": (0.2 * omega, 2.0 * omega),
         "generator_speed": (0.2 * omega * ratio, 2.0 * omega * ratio),
@@ -51,10 +51,10 @@ def ranges(turbine: Turbine) -> dict[str, tuple[float, float]]:
         "tower_base_moment_fore_aft": (1e-3 * thrust * turbine.hub_height, 10.0 * thrust * turbine.hub_height),
     }
     for b in range(1, turbine.n_blades + 1):
-        found[f"pitch_{b}"] = (0.0, np.pi)
+        limits[f"pitch_{b}"] = (0.0, np.pi)
         for name in ("flap", "edge", "out_of_plane", "in_plane"):
-            found[f"root_moment_{name}_{b}"] = (0.005 * blade, 10.0 * blade)
-    return found
+            limits[f"root_moment_{name}_{b}"] = (0.005 * blade, 10.0 * blade)
+    return limits
 
 
 def plausible(measurements: Measurements, turbine: Turbine) -> list[DataIssue]:

@@ -54,8 +54,8 @@ def read_columns_of(path: Path) -> Columns:
     formats = with_suffix(FORMATS, path, "file of measurements")
     for each in formats:
         if each.fits(begin):
-            found: Columns = each.read(path)
-            return found
+            columns: Columns = each.read(path)
+            return columns
     raise InputError(f"{path}: not a file of {' or '.join(each.text for each in formats)}; its first bytes are others")
 
 
@@ -125,7 +125,7 @@ def read_hdf5_columns(path: Path, offset: int = 0) -> Columns:
     def take(file: h5py.File) -> Columns:
         import h5py
 
-        found: Columns = {}
+        columns: Columns = {}
 
         def add(name: str, item: object) -> None:
             if isinstance(item, h5py.Dataset) and item.dtype.kind in "fiu" and max(item.shape, default=0) == item.size:
@@ -136,10 +136,10 @@ def read_hdf5_columns(path: Path, offset: int = 0) -> Columns:
                     if unit.startswith("seconds since")
                     else None
                 )
-                found[name] = x if since is None else x + since.astype(float) * 1e-6
+                columns[name] = x if since is None else x + since.astype(float) * 1e-6
 
         file.visititems(add)
-        return found
+        return columns
 
     return read_hdf5(path, take, "a file of measurements", offset)
 
@@ -157,7 +157,7 @@ def read_matlab5(path: Path) -> Columns:
         content = loadmat(BytesIO(bytes_of(path, LARGEST)), squeeze_me=True, chars_as_strings=True)
     except Exception as error:  # scipy raises anything on damaged files
         raise InputError(f"{path}: not a MAT file, or damaged ({type(error).__name__})") from None
-    found: Columns = {}
+    columns: Columns = {}
 
     def add(prefix: str, value: Any) -> None:
         if isinstance(value, np.void) or (isinstance(value, np.ndarray) and value.dtype.names and not value.ndim):
@@ -170,12 +170,12 @@ def read_matlab5(path: Path) -> Columns:
                     else inner,
                 )
         elif isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.kind in "fiuUS":
-            found[prefix] = value
+            columns[prefix] = value
 
     for name, value in content.items():
         if not name.startswith("__"):
             add(name, value)
-    return found
+    return columns
 
 
 def columns_of_frame(frame: Any) -> Columns:
