@@ -278,5 +278,11 @@ def test_columns_of_other_lengths_and_rates() -> None:
     given = channel_map({"column": "t", "form": "posix"})
     with pytest.raises(InputError, match="column 'u' has 600 samples, the first one has 1200"):
         measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND[::2]}}, given)
+    with pytest.raises(InputError, match="column 't' has 600 times, the channels have 1200 samples"):
+        measurements_of({"scada": {"t": TIME[::2], "P": POWER, "u": WIND}}, given)
+    fast = given.content()
+    fast["loggers"]["scada"]["rate"] = 50.0
+    with pytest.raises(InputError, match="its time stamps have 2 Hz, the channel map 50 Hz"):
+        measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND}}, ChannelMap(**fast))
     with pytest.raises(InputError, match="column 'P' of generator_power: expected numbers"):
         measurements_of({"scada": {"t": TIME, "P": np.array(["x"] * N), "u": WIND}}, given)

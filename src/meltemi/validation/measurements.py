@@ -282,8 +282,13 @@ def _times(file: str, columns: Columns, logger: Logger, n: int) -> tuple[Float, 
     if not np.all(np.isfinite(time)):
         row = int(np.flatnonzero(~np.isfinite(time))[0])
         raise InputError(f"{file}: column {stamps.column!r}: row {row + 1} of the numbers has no time; remove the row")
+    if len(time) != n:
+        raise InputError(f"{file}: column {stamps.column!r} has {len(time)} times, the channels have {n} samples")
     steps = np.diff(time)
-    rate = logger.rate or (1.0 / float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else np.nan)
+    seen = 1.0 / float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else np.nan
+    rate = logger.rate or seen
+    if abs(seen / rate - 1.0) > 0.01:
+        raise InputError(f"{file}: its time stamps have {seen:.4g} Hz, the channel map {rate:g} Hz; correct the rate")
     in_name = 0.0
     if stamps.name is not None:
         try:

@@ -156,9 +156,10 @@ def _origin(measurements: Measurements, turbine: Turbine) -> Iterator[DataIssue]
     if series.name != other.name and float(np.max(wind.time) - np.min(wind.time)) > HALF_HOUR:
         lag, best = clock_lag(wind, power, 0.1, 2.5 * HALF_HOUR)
         if best > max(related + 0.3, CLOSELY) and abs(lag.mean) > 5.0 * BLOCK:
+            shift = f"{abs(lag.mean) / 60.0:.0f} min {'earlier' if lag.mean > 0.0 else 'later'}"
             text = (
-                f"logger {other.name!r} fits the wind of column {column!r} best when it is {lag.mean / 60.0:.0f} min "
-                f"earlier (correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
+                f"logger {other.name!r} fits the wind of column {column!r} best when it is {shift} "
+                f"(correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
             )
             yield _issue("clock", other, power_name, text)
             return
