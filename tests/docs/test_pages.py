@@ -25,6 +25,7 @@ from meltemi.controllers import schemes, tuning
 from meltemi.loads.surrogate.model import LoadModel, Polynomials, Surrogate, write_surrogate
 from meltemi.loads.surrogate.space import site_space
 from meltemi.tuning import baseline_tuning
+from meltemi.validation.channel_map import read_channel_map
 
 ROOT = Path(__file__).parents[2]
 PAGES = (
@@ -34,6 +35,7 @@ PAGES = (
     "docs/guide/comparing.md",
     "docs/guide/own-controller.md",
     "docs/guide/batches.md",
+    "docs/guide/validation.md",
     "docs/guide/scale.md",
     pytest.param(
         "docs/guide/load-base.md", marks=pytest.mark.skipif(find_spec("pyarrow") is None, reason="needs pyarrow")
@@ -104,6 +106,10 @@ FILLED = {"turbine": "nrel5mw", "wind": "{kind: steady, speed: 12.0}", "duration
 def test_cases_on_the_page_are_cases(page: str, tmp_path: Path) -> None:
     for text in blocks(page, "yaml"):
         if "coefficient:" in text:  # keys of a turbine
+            continue
+        if "loggers:" in text:
+            (tmp_path / "map.yaml").write_text(text, encoding="utf-8")
+            read_channel_map(tmp_path / "map.yaml")
             continue
         rest = "".join(f"{key}: {value}\n" for key, value in FILLED.items() if f"{key}:" not in text)
         path = tmp_path / "case.yaml"

@@ -73,18 +73,20 @@ def to_netcdf(
         disk.write(SEAL + b"%08x\n" % zlib.crc32(memory.getbuffer()))
 
 
-def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str) -> T:
+def read_hdf5(path: Path, take: Callable[[h5py.File], T], kind: str, offset: int = 0) -> T:
     """Read a file with ``take``, after a check of its integrity.
 
     Args:
       path: path of the file.
       take: called with the open file; any exception in it means that the file is of another kind.
       kind: expected kind of file, for messages.
+      offset: [bytes] of another program's head in front of the HDF5 part.
 
     Raises:
       InputError: the file is missing, damaged, or not of this kind.
     """
     with reading(path) as (file, size):
+        file.seek(offset)
         if file.read(len(BEGIN)) != BEGIN:
             raise InputError(f"{path}: not {kind} (it is not an HDF5 file)")
         file.seek(max(size - LENGTH, 0))

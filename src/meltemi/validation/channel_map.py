@@ -1,0 +1,195 @@
+"""Channel map: which column of which file is which channel, with unit, sign, gain, position and time stamps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime, timedelta, timezone, tzinfo
+from functools import cache
+from pathlib import Path
+from typing import Literal, Self
+from zoneinfo import ZoneInfo
+
+from pydantic import Field, field_validator, model_validator
+
+from meltemi.core.errors import did_you_mean
+from meltemi.core.record import Record
+from meltemi.core.yamlfile import read_record
+from meltemi.postprocess.files.openfast import UNITS, si_unit
+from meltemi.simulation.channels import Channel, every_kind
+
+Kind = Literal["sonic", "cup", "vane", "gauge", "power", "rpm", "position", "acceleration", "other"]
+FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), "V": ("V", 1.0)}
+"""Units of measurements that result files do not have: SI unit and factor."""
+
+
+@cache
+def known_channel(name: str) -> Channel | None:
+    """The channel of the catalogue with one of its names, irrespective of case; None for a quantity of the mast."""
+    return next((c for c in every_kind().values() if name.lower() in (known.lower() for known in c.names)), None)
+
+
+class Sensor(Record):
+    """A column of a file and what it measures: value = sign (gain x + offset), in ``unit``."""
+
+    column: str
+    """Name of the column, with its group or structure if it has one: ``mast/u_32m``."""
+    unit: str
+    """Unit of the value: kN m, rpm, deg, mV/V ..."""
+    kind: Kind = "other"
+    """Instrument. A ``position`` (pitch, azimuth, yaw) may rest; ``power`` and ``rpm`` may rest at zero."""
+    sign: Literal[1, -1] = 1
+    """-1 where the column has the other positive direction than the channel."""
+    gain: float = 1.0
+    """Unit per unit of the column."""
+    offset: float = 0.0
+    """[unit] added after the gain."""
+    axes: str = ""
+    """Axes of the column, as the catalogue names them (``pitched blade axes``); must be those of the channel."""
+    height: float | None = None
+    """[m] above ground."""
+    upwind: float = 0.0
+    """[m] distance upwind of the tower's axis; negative for the nacelle's anemometer behind a rotor."""
+    lateral: float = 0.0
+    """[m] distance to the left looking downwind."""
+
+    @property
+    def si(self) -> tuple[str, float]:
+        """SI unit and the factor to it."""
+        return FURTHER_UNITS.get(self.unit) or si_unit(self.unit)
+
+    @field_validator("unit")
+    @classmethod
+    def _unit(cls, unit: str) -> str:
+        if unit not in FURTHER_UNITS and si_unit(unit)[0] not in {si for si, _ in UNITS.values()}:
+            raise ValueError(f"unknown unit {unit!r}: {did_you_mean(unit, [*UNITS, *FURTHER_UNITS])}")
+        return unit
+
+    @field_validator("gain")
+    @classmethod
+    def _gain(cls, gain: float) -> float:
+        if gain <= 0.0:
+            raise ValueError(f"the gain must be above zero, found {gain:g}; sign: -1 reverses a column")
+        return gain
+
+
+class TimeStamps(Record):
+    """How a file gives its times."""
+
+    column: str | None = None
+    """Name of the column; without it samples follow each other at the rate of the logger from the begin in the name."""
+    form: Literal["iso", "posix", "matlab", "seconds"] = "iso"
+    """ISO 8601 or dates; seconds since 1970; days of MATLAB's ``datenum``; seconds from the date in the name."""
+    zone: str = "UTC"
+    """Time zone of stamps that name none: ``UTC``, ``+01:00`` or a name such as ``Europe/Berlin``."""
+    stamp: Literal["begin", "end"] = "begin"
+    """Whether a stamp is the begin or the end of its period: that of a sample, or for one in the name, of the file."""
+    name: str | None = None
+    """Date in the name of the file, in the codes of ``strptime``: ``swift_%Y%m%d_%H%M.csv``."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.column is None and self.name is None:
+            raise ValueError("give the column of the time stamps, or name: the date in the name of the file")
+        if self.name is not None and self.column is not None and self.form != "seconds":
+            raise ValueError(f"name: the column {self.column!r} has dates of its own; leave name out, or form: seconds")
+        self.time_zone()
+        return self
+
+    def time_zone(self) -> tzinfo:
+        """The time zone."""
+        if self.zone[:1] in "+-" and self.zone:
+            try:
+                hours, minutes = map(int, self.zone[1:].split(":"))
+                shift = timedelta(hours=hours, minutes=minutes)
+                return timezone(-shift if self.zone[0] == "-" else shift)
+            except ValueError:
+                raise ValueError(f"zone must be such as +01:00, found {self.zone!r}") from None
+        try:
+            return ZoneInfo(self.zone)
+        except (KeyError, ValueError, OSError):  # KeyError: not in the time zone database
+            raise ValueError(f"no time zone {self.zone!r}; give UTC, +01:00 or a name such as Europe/Berlin") from None
+
+    def posix(self, moment: datetime) -> float:
+        """[s] since 1970 of a moment; one without zone is in that of the logger."""
+        return (moment if moment.tzinfo else moment.replace(tzinfo=self.time_zone())).timestamp()
+
+
+class Logger(Record):
+    """Files of one data logger: they have one clock and one sampling rate."""
+
+    files: str = "*"
+    """Pattern of the names of its files in the folder: ``mast_*.csv``."""
+    time: TimeStamps
+    rate: float | None = Field(default=None, gt=0.0)
+    """[Hz] sampling rate; by default from the time stamps."""
+    missing: tuple[float, ...] = ()
+    """Values that stand for a missing sample, such as -9999."""
+    channels: dict[str, Sensor]
+    """Sensors by channel: meltemi's or OpenFAST's name, or any name for a quantity of the mast."""
+
+    @property
+    def sensors(self) -> dict[str, Sensor]:
+        """Sensors by meltemi's names."""
+        known = {name: known_channel(name) for name in self.channels}
+        return {(c.name if (c := known[name]) else name): sensor for name, sensor in self.channels.items()}
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for name, sensor in self.channels.items():
+            channel, unit = known_channel(name), sensor.si[0]
+            if channel is None and sensor.kind in ("gauge", "power", "rpm", "position"):
+                names = [known for c in every_kind().values() for known in c.names]
+                raise ValueError(f"channels: no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")
+            if channel is None:
+                continue
+            raw = unit in ("mV/V", "V") and sensor.kind == "gauge"
+            if unit != channel.unit and not raw:
+                raise ValueError(
+                    f"channels.{name}: unit {sensor.unit} of column {sensor.column!r}, but {channel.name} is in "
+                    f"{channel.display_unit[0]}; correct the unit, or the name of the channel"
+                )
+            if sensor.axes and sensor.axes != channel.frame:
+                raise ValueError(
+                    f"channels.{name}: column {sensor.column!r} is in {sensor.axes}, but {channel.name} is in "
+                    f"{channel.frame}; choose the channel of those axes"
+                )
+        if self.time.column is None and self.rate is None:
+            raise ValueError("files without a column of times need the sampling rate")
+        return self
+
+
+class ChannelMap(Record):
+    """All loggers of a measurement; a channel that two of them have compares their clocks."""
+
+    loggers: dict[str, Logger]
+    """The first one decides where ten-minute records begin."""
+    wind: str = "wind_speed"
+    """Channel of the wind speed that sorts the records."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        names = [name for name, _, _ in self.sensors()]
+        if not names:
+            raise ValueError("loggers: at least one channel is needed")
+        if self.wind not in names:
+            raise ValueError(f"wind: no channel {self.wind!r} in the map: {did_you_mean(self.wind, names)}")
+        return self
+
+    def sensors(self) -> Iterator[tuple[str, str, Sensor]]:
+        """Channel, logger and sensor of all columns."""
+        for key, logger in self.loggers.items():
+            for name, sensor in logger.sensors.items():
+                yield name, key, sensor
+
+    def sensor(self, name: str) -> Sensor | None:
+        """The first sensor of a channel."""
+        return next((sensor for known, _, sensor in self.sensors() if known == name), None)
+
+
+def read_channel_map(path: str | Path) -> ChannelMap:
+    """Read a channel map from a YAML file.
+
+    Raises:
+      InputError: the file is missing or does not describe a channel map; the message names line and key.
+    """
+    return read_record(path, ChannelMap)

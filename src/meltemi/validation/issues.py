@@ -1,0 +1,54 @@
+"""Issues of measured data: what is missing, duplicated, spiky, stuck, late or implausible, one line each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from meltemi.report.tables import number
+from meltemi.reports.blocks import Table
+
+
+def moment(time: float) -> str:
+    """A time [s] since 1970 in UTC as text."""
+    return datetime.fromtimestamp(time, UTC).strftime("%Y-%m-%d %H:%M:%S")
+
+
+@dataclass(frozen=True)
+class DataIssue:
+    """One doubtful place in the data; the data are unchanged.
+
+    Attributes:
+      kind: gap, missing, duplicate, order, spike, stuck, clock, unit, sign, turbine.
+      file: name of the file.
+      channel: channel and its column; empty for all of a file.
+      time: [s] since 1970 at which it begins.
+      duration: [s].
+      samples: how many are concerned.
+      text: what was expected, what is there, what to do.
+    """
+
+    kind: str
+    file: str
+    channel: str
+    time: float
+    duration: float
+    samples: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}: {f'{self.channel}: ' if self.channel else ''}{self.text}"
+
+
+def issues_table(issues: Sequence[DataIssue]) -> Table:
+    """Issues as a table of reports: one row for each kind, file and channel, with the text of the first."""
+    groups: dict[tuple[str, str, str], list[DataIssue]] = {}
+    for each in issues:
+        groups.setdefault((each.kind, each.file, each.channel), []).append(each)
+    rows = []
+    for key, alike in groups.items():
+        duration, samples = sum(each.duration for each in alike), sum(each.samples for each in alike)
+        rows.append([*key, moment(alike[0].time), str(len(alike)), number(duration), str(samples), alike[0].text])
+    head = ["kind", "file", "channel", "first (UTC)", "times", "duration\ns", "samples", "what to do"]
+    return Table(head, rows, text_columns=4)

@@ -1,0 +1,264 @@
+"""Faults of measurements: gaps, duplicates, spikes, stuck sensors, clocks; units, signs and wind of another turbine."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from meltemi import InputError, Turbine
+from meltemi.reports.blocks import Table
+from meltemi.validation.channel_map import ChannelMap
+from meltemi.validation.issues import issues_table
+from meltemi.validation.measurements import Measurements, Signal, measurements_of
+from meltemi.validation.plausibility import plausible, require_plausible
+from meltemi.validation.quality import QualityRules, clock_lag, inspected, spikes, stuck
+
+Float = NDArray[np.float64]
+RATE, BEGIN = 10.0, 1.7e9
+STAMPS = {"column": "t", "form": "posix"}
+
+
+def gusts(n: int, seed: int, time_scale: float = 100.0) -> Float:
+    """(n,) first-order noise of unit variance; time scale in samples."""
+    a = np.exp(-1.0 / time_scale)
+    return np.asarray(lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], np.random.default_rng(seed).standard_normal(n)))
+
+
+def measured(kind: str = "sonic", unit: str = "m/s", **columns: Any) -> Measurements:
+    given = ChannelMap(
+        loggers={"a": {"time": STAMPS, "channels": {"v": {"column": "u", "unit": unit, "kind": kind}}}}, wind="v"
+    )
+    return measurements_of({"a": columns}, given)
+
+
+def kinds(checked: Measurements) -> list[str]:
+    return [issue.kind for issue in checked.issues]
+
+
+def test_clean_data_have_no_issues() -> None:
+    """Turbulence, one revolution per 2 s, steps of a display: nothing is a spike, nothing is stuck."""
+    time = BEGIN + np.arange(6000) / RATE
+    for x in (8.0 + gusts(6000, 1), np.sin(np.pi * time), np.round(8.0 + gusts(6000, 2), 1)):
+        assert not kinds(inspected(measured(t=time, u=x)))
+
+
+def test_gaps_duplicates_and_order_are_reported_not_repaired() -> None:
+    time = BEGIN + np.delete(np.arange(3000), np.arange(500, 540)) / RATE
+    time[1000] = time[999]
+    time[2000:] -= 60.0
+    x = gusts(len(time), 3)
+    x[100:120] = np.nan
+    checked = inspected(measured(t=time, u=x))
+    assert sorted(kinds(checked)) == ["duplicate", "gap", "gap", "missing", "order"]
+    gap = next(issue for issue in checked.issues if issue.kind == "gap")
+    assert (
+        gap.samples == 40
+        and "before row 501 of" in gap.text
+        and gap.time == pytest.approx(BEGIN + 49.9, abs=1e-3)
+        and gap.duration == pytest.approx(4.1)
+    )
+    missing = next(issue for issue in checked.issues if issue.kind == "missing")
+    assert missing.samples == 20 and missing.duration == pytest.approx(2.0) and "v (u)" in str(missing)
+    assert np.array_equal(checked.loggers[0].time, time) and np.array_equal(
+        checked.loggers[0].values["v"], x, equal_nan=True
+    )
+    table = issues_table(checked.issues)
+    assert isinstance(table, Table) and table.rows[0][3].startswith("2023-11-14 ")
+    assert [(row[0], row[4]) for row in table.rows] == [
+        ("gap", "2"),
+        ("duplicate", "1"),
+        ("order", "1"),
+        ("missing", "1"),
+    ]
+
+
+@pytest.mark.parametrize("length", [1, 3])
+def test_spikes_are_detected_where_they_are(length: int) -> None:
+    x = 15e3 + 3e3 * gusts(6000, 4) + 2e3 * np.sin(0.3 * np.arange(6000))
+    for at in (3, 2500, 5990):
+        y = x.copy()
+        y[at : at + length] = -155e3
+        assert np.flatnonzero(spikes(y, RATE)).tolist() == list(range(at, at + length))
+    x[3000:3020] -= 155e3  # two seconds are an event
+    assert not spikes(x, RATE).any()
+    x[2000] = np.nan
+    assert not spikes(x, RATE).any() and not spikes(np.full(50, np.nan), RATE).any()
+
+
+def test_every_spike_is_an_issue_with_its_value() -> None:
+    x = 10.0 + gusts(6000, 4)
+    x[1000], x[4000] = 60.0, -40.0
+    checked = inspected(measured(t=BEGIN + np.arange(6000) / RATE, u=x))
+    assert [issue.text.split(",")[0] for issue in checked.issues] == ["60 m/s", "-40 m/s"]
+    assert [issue.time - BEGIN for issue in checked.issues] == pytest.approx([100.0, 400.0])
+
+
+def test_limits_of_spikes_change_them() -> None:
+    x = gusts(6000, 5)
+    x[1000:1006] += 12.0
+    assert spikes(x, RATE).sum() == 6
+    for change in ({"spike_deviations": 80.0}, {"spike_longest": 0.4}, {"spike_floor": 5.0}, {"spike_window": 0.3}):
+        assert not spikes(x, RATE, QualityRules(**change)).any()
+    slow = gusts(6000, 5)
+    slow[1000:1009] += 15.0 * np.array([0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 0.75, 0.5, 0.25])
+    assert not spikes(slow, RATE).any() and spikes(slow, RATE, QualityRules(spike_jump=0.1)).any()
+
+
+def test_stuck_sensors() -> None:
+    time, x = BEGIN + np.arange(6000) / RATE, gusts(6000, 6)
+    x[1000:1400] = x[1000]
+    assert np.flatnonzero(stuck(x, RATE, 30.0)).tolist() == list(range(1000, 1400))
+    assert not stuck(x, RATE, 40.0).any()
+    assert kinds(inspected(measured(t=time, u=x))) == ["stuck"]
+    assert not kinds(inspected(measured(t=time, u=x), QualityRules(stuck=50.0)))
+    assert len(kinds(inspected(machine("GenPwr", "power", time, x), QualityRules(stuck_machine=30.0)))) == 1
+    assert not kinds(inspected(machine("GenPwr", "power", time, x)))  # steps of a display
+    assert not kinds(inspected(machine("BldPitch1", "position", time, 0.0 * x)))
+    for level, expected in ((0.0, []), (3.0, ["stuck"])):
+        assert kinds(inspected(machine("GenPwr", "power", time, 0.0 * x + level))) == expected
+
+
+def machine(name: str, kind: str, time: Float, x: Float) -> Measurements:
+    unit = "kW" if kind == "power" else "rad"
+    channels = {name: {"column": "x", "unit": unit, "kind": kind}}
+    wind = "generator_power" if kind == "power" else "pitch_1"
+    return measurements_of(
+        {"a": {"t": time, "x": x}}, ChannelMap(loggers={"a": {"time": STAMPS, "channels": channels}}, wind=wind)
+    )
+
+
+def two_clocks(seed: int, lag: float, noise: float = 0.2, n: int = 6000) -> tuple[Signal, Signal]:
+    """One quantity by two loggers: their noise is independent, the second one has its own rate and a late clock."""
+    chance = np.random.default_rng(seed)
+    fine = gusts(10 * n, seed, 300.0)
+    t = BEGIN + np.arange(10 * n) / (10.0 * RATE)
+    one, two = t[::10], t[::25] + 0.013
+    a = fine[::10] + noise * chance.standard_normal(len(one))
+    b = 3.0 * np.interp(two, t, fine) + 5.0 + 3.0 * noise * chance.standard_normal(len(two))
+    return Signal(one, a), Signal(two + lag, b)
+
+
+def test_lag_of_clocks_is_recovered() -> None:
+    """Within the interval in 19 of 20, which is a fraction of a sample."""
+    hits, halves = [], []
+    for seed in range(60):
+        lag = 5.0 * np.sin(seed)
+        estimate, correlation = clock_lag(*two_clocks(seed, lag), 4.0, 30.0)
+        hits.append(abs(estimate.mean - lag) <= estimate.half_width)
+        halves.append(estimate.half_width)
+        assert correlation > 0.9
+    assert 0.9 <= np.mean(hits) <= 1.0 and np.median(halves) < 0.1
+
+
+def test_sign_of_the_lag_and_its_bounds() -> None:
+    one, two = two_clocks(1, 12.0)
+    assert clock_lag(one, two, 4.0, 30.0)[0].mean == pytest.approx(12.0, abs=0.1)
+    assert clock_lag(two, one, 4.0, 30.0)[0].mean == pytest.approx(-12.0, abs=0.1)
+    assert clock_lag(one, two, 4.0, 5.0)[1] < 0.9
+    with pytest.raises(InputError, match="a minute is needed"):
+        clock_lag(one.between(0.0, BEGIN + 20.0), two, 4.0, 30.0)
+
+
+@pytest.mark.parametrize(
+    ("lag", "words"), [(0.0, ""), (3.0, "later than 'a'.*its clock"), (-1800.0, "earlier.*zone or stamp")]
+)
+def test_clocks_of_loggers_that_share_a_channel(lag: float, words: str) -> None:
+    """Power by two loggers, one hour and a half at 1 Hz."""
+    n = 5400
+    x = 1e6 + 2e5 * gusts(n + 4000, 8, 60.0)
+    power = {"generator_power": {"column": "P", "unit": "W", "kind": "power"}}
+    given = ChannelMap(loggers={name: {"time": STAMPS, "channels": power} for name in "ab"}, wind="generator_power")
+    t = BEGIN + np.arange(n)
+    chance = np.random.default_rng(9)
+    tables = {
+        "a": {"t": t, "P": x[2000 : 2000 + n]},
+        "b": {"t": t, "P": x[2000 - round(lag) : 2000 - round(lag) + n] + 2e4 * chance.standard_normal(n)},
+    }
+    checked = inspected(measurements_of(tables, given))
+    assert kinds(checked) == (["clock"] if words else [])
+    if words:
+        assert checked.issues[0].duration == pytest.approx(abs(lag), abs=0.5)
+        assert re.search(words, str(checked.issues[0]))
+    tables["b"]["P"] = 1e6 + 2e5 * gusts(n, 10, 60.0)
+    other = inspected(measurements_of(tables, given), QualityRules(longest_lag=100.0))
+    assert kinds(other) == ["clock"] and "another quantity" in other.issues[0].text
+
+
+# ------------------------------------------------------------------------------------------ plausibility
+
+
+def operation(turbine: Turbine, *, shift: float = 0.0, n: int = 10800, **changed: Any) -> Measurements:
+    """Three hours of partial load at 1 Hz by two loggers; columns can be changed, the machine's clock shifted [s]."""
+    wind = 8.0 + 1.2 * gusts(n + 8000, 11, 200.0)
+    v = wind[4000 : 4000 + n]
+    at = wind[4000 - round(shift) : 4000 - round(shift) + n]
+    power = 0.5 * 1.225 * np.pi * turbine.rotor_radius**2 * 0.45 * at**3 / 1e3
+    sensors = {
+        "generator_power": {"column": "P", "unit": "kW", "kind": "power"},
+        "rotor_speed": {"column": "speed", "unit": "rpm", "kind": "rpm"},
+        "root_moment_flap_1": {"column": "My", "unit": "kN m", "kind": "gauge"},
+        "pitch_1": {"column": "theta", "unit": "deg", "kind": "position"},
+    }
+    t = BEGIN + np.arange(n)
+    columns = {"t": t, "P": power, "speed": 1.2 * at, "My": 400.0 * at, "theta": np.full(n, 1.0)}
+    mast = {"t": t, "u": v}
+    for name, change in changed.items():
+        (columns if name in columns else mast)[name] = change(columns[name] if name in columns else mast[name])
+    loggers = {
+        "mast": {"time": STAMPS, "channels": {"wind_speed": {"column": "u", "unit": "m/s", "kind": "cup"}}},
+        "machine": {"time": STAMPS, "channels": sensors},
+    }
+    return measurements_of({"mast": mast, "machine": columns}, ChannelMap(loggers=loggers))
+
+
+def test_operation_of_the_turbine_is_plausible(turbine: Turbine) -> None:
+    assert plausible(operation(turbine), turbine) == []
+    require_plausible(operation(turbine), turbine)
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "kind", "words"),
+    [
+        (
+            "P",
+            1e3,
+            "unit",
+            "column 'P' in kW reaches .* expected of this turbine is at most .* times 0.001 it would fit",
+        ),
+        ("P", 1e-3, "unit", "at least 25 kW; times 1000 it would fit"),
+        ("speed", 30.0 / np.pi, "unit", "column 'speed' in rpm.*times 0.1047"),
+        ("speed", np.pi / 30.0, "unit", "at least .* rpm; times 9.549"),
+        ("My", 1e3, "unit", "column 'My' in kN m .*times 0.001"),
+        ("My", 1e-3, "unit", "times 1000"),
+        ("theta", 57.3 * 20.0, "unit", "column 'theta' in deg"),
+        ("u", 30.0, "unit", "column 'u' in m/s reaches"),
+        ("P", -1.0, "sign", "column 'P' is negative.*sign: -1"),
+        ("speed", -1.0, "sign", "column 'speed' is negative"),
+        ("u", -1.0, "sign", "column 'u' is negative"),
+        ("My", -1.0, "sign", "column 'My' falls where power grows.*sign: -1"),
+        ("u", 0.5, "turbine", "another turbine"),
+    ],
+)
+def test_wrong_units_and_signs(turbine: Turbine, column: str, factor: float, kind: str, words: str) -> None:
+    changed = operation(turbine, **{column: lambda x: factor * x})
+    assert kind in [issue.kind for issue in plausible(changed, turbine)]
+    with pytest.raises(InputError, match=words):
+        require_plausible(changed, turbine)
+
+
+def test_wind_of_another_turbine(turbine: Turbine) -> None:
+    other = operation(turbine, u=lambda u: 8.0 + 1.2 * gusts(len(u), 12, 200.0))
+    (issue,) = plausible(other, turbine)
+    assert issue.kind == "turbine" and "column 'u'" in issue.text and issue.file == "mast"
+
+
+@pytest.mark.parametrize(("shift", "words"), [(1800.0, "30 min earlier"), (-3600.0, "60 min later")])
+def test_half_an_hour_apart(turbine: Turbine, shift: float, words: str) -> None:
+    (issue,) = plausible(operation(turbine, shift=shift), turbine)
+    assert issue.kind == "clock" and f"when it is {words}" in issue.text
+    assert issue.file == "machine" and "zone" in issue.text
