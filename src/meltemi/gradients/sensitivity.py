@@ -258,7 +258,7 @@ def direction(model: Model[Any], name: str, controller: Controller, start: Start
     ``controller.NAME`` is an entry of the controller's state vector by name, or by number if the controller gives no
     names; ``pitch_offset`` stands for those of all blades; ``structure.NAME``, ``aerodynamics.NAME`` and
     ``actuators.NAME`` are the parameters of ``Model.parameter_names``; ``turbine.PATH`` is a number in the turbine's
-    description, or a factor on it where it is a list of numbers.
+    description, or a factor on it where it is a list of numbers; ``turbine.airfoils.*.drag`` is one on those of all.
 
     Raises:
       InputError: there is no such parameter.
@@ -293,25 +293,17 @@ def direction(model: Model[Any], name: str, controller: Controller, start: Start
 
 def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
     """Central differences of the model's tables, with matched signs of the modes."""
-    target: Any = model.turbine
-    for key in path.split("."):
-        if isinstance(target, dict) and key in target:
-            target = target[key]
-        elif key in getattr(type(target), "model_fields", {}):
-            target = getattr(target, key)
-        else:
-            known = target if isinstance(target, dict) else getattr(type(target), "model_fields", {})
-            raise InputError(f"sensitivity: {name!r} leads nowhere at {key!r}: {did_you_mean(key, list(known))}")
-    if isinstance(target, bool) or not isinstance(target, int | float | np.ndarray):
+    places = turbine_values(name, model.turbine, path.split("."))
+    factor = all(isinstance(target, np.ndarray) for target in places.values())
+    if not factor and (len(places) > 1 or not _is_number(*places.values())):
         raise InputError(f"sensitivity: {name!r} is neither a number nor a list of numbers")
-    factor = isinstance(target, np.ndarray)
-    value = 1.0 if factor else float(target)
+    value = 1.0 if factor else float(next(iter(places.values())))
     step = TABLE_STEP * (abs(value) or 1.0)
     sides = []
     for sign in (-1.0, 1.0):
-        moved = np.asarray(target) * (1.0 + sign * step) if factor else value + sign * step
+        moved = {p: (t * (1.0 + sign * step)).tolist() if factor else value + sign * step for p, t in places.items()}
         try:
-            turbine = model.turbine.replace(**{path: moved.tolist() if isinstance(moved, np.ndarray) else moved})
+            turbine = model.turbine.replace(**moved)
             side = build(turbine, model.options, model.environment)
             sides.append(matched(side, model) if isinstance(model.rotor, BladedRotor) else side)
         except (ValueError, MeltemiError) as error:
@@ -329,6 +321,28 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
         hint = "; parameters of the controller are controller.NAME" if path.startswith("control.") else ""
         raise InputError(f"sensitivity: {name!r} changes nothing in the model's tables{hint}")
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
+
+
+def _is_number(target: Any) -> bool:
+    return isinstance(target, int | float) and not isinstance(target, bool)
+
+
+def turbine_values(name: str, target: Any, keys: Sequence[str], before: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Values in a turbine's description by path; ``*`` stands for every key of a mapping.
+
+    Raises:
+      InputError: a key is unknown; ``name`` is that of the parameter in the message.
+    """
+    if not keys:
+        return {".".join(before): target}
+    known = list(target) if isinstance(target, dict) else list(getattr(type(target), "model_fields", {}))
+    if keys[0] != "*" and keys[0] not in known:
+        raise InputError(f"sensitivity: {name!r} leads nowhere at {keys[0]!r}: {did_you_mean(keys[0], known)}")
+    places: dict[str, Any] = {}
+    for key in known if keys[0] == "*" else keys[:1]:
+        inner = target[key] if isinstance(target, dict) else getattr(target, key)
+        places |= turbine_values(name, inner, keys[1:], (*before, key))
+    return places
 
 
 def tables(model: Model[Any]) -> dict[str, Float]:

@@ -45,6 +45,9 @@ class Sensor(Record):
     """[unit] added after the gain."""
     axes: str = ""
     """Axes of the column, as the catalogue names them (``pitched blade axes``); must be those of the channel."""
+    component: Literal["", "u", "v", "w", "speed", "direction"] = ""
+    """What an anemometer or vane upwind of the rotor measures: ``u`` along the mean wind and ``v`` to the left looking
+    downwind of a sonic, ``w`` upwards, horizontal ``speed``, ``direction`` clockwise from above."""
     height: float | None = None
     """[m] above ground."""
     upwind: float = 0.0

@@ -1,7 +1,8 @@
-"""Figure of the capture matrix."""
+"""Figures of a validation: capture matrix, agreement, spectra, power curve."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,10 @@ from matplotlib.colors import LinearSegmentedColormap
 from numpy.typing import NDArray
 
 from meltemi.report.palette import COLOURS, INK
-from meltemi.report.plots import figure_title, new_figure
+from meltemi.report.plots import figure_title, new_figure, panel, readable_unit
+from meltemi.validation.channel_map import known_channel
+from meltemi.validation.comparison import CONFIDENCE, Comparison, power_curve, prediction_half
+from meltemi.validation.reduction import BANDS, SECTORS
 from meltemi.validation.selection import speed_labels, turbulence_labels
 
 if TYPE_CHECKING:
@@ -35,3 +39,89 @@ def plot_capture_matrix(matrix: NDArray[np.intp], what: str = "") -> Figure:
     ax.set_ylabel("turbulence intensity [%]")
     figure_title(figure, f"Capture matrix: {int(matrix.sum())} records", f", {what}" if what else "")
     return figure
+
+
+def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]) -> Figure:
+    """Simulated over measured values of each record, with the interval of the seeds.
+
+    Args:
+      comparison: records.
+      statistics: channels and their statistics, one panel each.
+    """
+    columns = min(len(statistics), 3)
+    figure, axes = new_figure(-(-len(statistics) // columns), columns, size=(10.0, 7.0), share=False)
+    for ax in axes.flat[len(statistics) :]:
+        ax.set_visible(False)
+    for ax, (name, statistic) in zip(axes.flat, statistics, strict=False):
+        x, y = comparison.values(name, statistic)
+        unit, factor = unit_of(name, x)
+        mean, count = np.nanmean(y, axis=1), np.isfinite(y).sum(axis=1)
+        half = np.full(len(x), np.nan)
+        if y.shape[1] > 1:
+            half = prediction_half(np.nanstd(y, axis=1, ddof=1), count)
+        ax.errorbar(factor * x, factor * mean, factor * half, fmt="o", color=COLOURS[0], ms=4.0, lw=1.0)
+        ends = factor * np.array([np.nanmin([x, mean]), np.nanmax([x, mean])])
+        ax.plot(ends, ends, color=INK, lw=0.8)
+        panel(ax, f"{name}, {statistic}", unit, f"measured [{unit}]")
+    figure_title(figure, "Simulated over measured", f", bars: {100.0 * CONFIDENCE:g} % of the seeds")
+    return figure
+
+
+def plot_spectra(comparison: Comparison) -> Figure:
+    """Mean spectra over records, measured and of all seeds."""
+    figure, axes = new_figure(-(-len(comparison.channels) // 2), 2, size=(10.0, 7.0), share=False)
+    frequency = np.sqrt(BANDS[1:] * BANDS[:-1])
+    for ax in axes.flat[len(comparison.channels) :]:
+        ax.set_visible(False)
+    for ax, name in zip(axes.flat, comparison.channels, strict=False):
+        records = [r for r in comparison.records if name in r.measured.spectra]
+        measured = np.array([r.measured.spectra[name] for r in records])
+        simulated = np.array([each.spectra[name] for r in records for each in r.simulated])
+        if not records:
+            ax.set_visible(False)
+            continue
+        unit, factor = unit_of(name, np.sqrt(measured))
+        for label, density, colour in (("measured", measured, INK), ("simulated", simulated, COLOURS[1])):
+            ax.loglog(frequency, factor**2 * _mean(density), label=label, color=colour)
+        panel(ax, name, f"({unit})²/Hz", "frequency [Hz]")
+    axes[0, 0].legend(fontsize=8.0)
+    figure_title(figure, "Mean spectra of the records")
+    return figure
+
+
+def plot_operation(comparison: Comparison) -> Figure:
+    """Power curve, and azimuth averages of a load if the azimuth was measured; else power over wind speed of records."""
+    turned = [n for n in comparison.channels if any(n in r.measured.sectors for r in comparison.records)]
+    loads = [n for n in turned if "moment" in n][:1]
+    figure, axes = new_figure(1, 1 + len(loads), size=(10.0, 4.0), share=False)
+    ax = axes[0, 0]
+    bins = power_curve(comparison) if "generator_power" in comparison.channels else []
+    unit, factor = unit_of("generator_power", np.array([b.measured for b in bins]))
+    for what, colour in (("measured", INK), ("simulated", COLOURS[1])):
+        power = factor * np.array([[getattr(b, what), getattr(b, f"{what}_error")] for b in bins]).reshape(-1, 2).T
+        ax.errorbar([b.speed for b in bins], *power, fmt="o-", ms=4.0, lw=1.0, color=colour, label=what)
+    panel(ax, "Power curve at 1.225 kg/m³, bars: standard uncertainty of the mean", unit, "wind speed [m/s]")
+    ax.legend(fontsize=8.0)
+    for ax, name in zip(axes[0, 1:], loads, strict=True):
+        records = [r for r in comparison.records if name in r.measured.sectors]
+        measured = np.array([r.measured.sectors[name] for r in records])
+        simulated = np.array([each.sectors[name] for r in records for each in r.simulated])
+        unit, factor = unit_of(name, measured)
+        angle = (np.arange(SECTORS) + 0.5) * 360.0 / SECTORS
+        for label, x, colour in (("measured", measured, INK), ("simulated", simulated, COLOURS[1])):
+            mean = _mean(x)
+            ax.plot(angle, factor * (mean - np.nanmean(mean)), label=label, color=colour)
+        panel(ax, f"{name} over azimuth, less its mean", unit, "azimuth [deg]")
+    return figure
+
+
+def unit_of(name: str, values: NDArray[np.float64]) -> tuple[str, float]:
+    """Engineering unit of a channel for these magnitudes, and the factor to it."""
+    channel = known_channel(name)
+    return ("-", 1.0) if channel is None else readable_unit(channel, values)
+
+
+def _mean(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Mean over rows, NaN for columns without a number."""
+    count = np.isfinite(rows).sum(axis=0)
+    return np.where(count, np.nansum(rows, axis=0) / np.maximum(count, 1), np.nan)

@@ -1,0 +1,86 @@
+"""``meltemi validate``: measured records of a turbine against its simulations."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+from meltemi.app.options import WorkersOption
+from meltemi.app.scans import finish
+from meltemi.app.signatures import Range
+from meltemi.app.terminal import OutOption, made_by, print_table, progress_bar, simulation_bar, warn, wrote
+from meltemi.core.errors import InputError
+
+
+def validate(
+    file: Annotated[Path, "File of the validation (docs/guide/validation.md)."],
+    data: Annotated[Path | None, "Folder of the measured files [that of FILE]."] = None,
+    seeds: Annotated[int | None, "Wind fields of each record [that of the file].", Range(1, 1000)] = None,
+    why: Annotated[int, "Records of which sensitivities to uncertain parameters are computed.", Range(0, 1000)] = 3,
+    fit: Annotated[
+        tuple[str, ...] | None, "Fit these parameters on half of the records: pitch_offset,drag ... [none]."
+    ] = None,
+    workers: WorkersOption = None,
+    out: OutOption = Path("out"),
+) -> None:
+    """Compare measured ten-minute records with simulations in the wind that was measured: report, tables."""
+    from meltemi.cases.case import read_case
+    from meltemi.tuning.run_store import run_store
+    from meltemi.validation import fit as fitting
+    from meltemi.validation.comparison import Comparison
+    from meltemi.validation.measurements import read_measurements
+    from meltemi.validation.plausibility import plausible
+    from meltemi.validation.quality import inspected
+    from meltemi.validation.report import Findings, agreement_table, headline, write_findings
+    from meltemi.validation.selection import select
+    from meltemi.validation.settings import read_validation
+    from meltemi.validation.simulations import Simulator, compared_channels, simulate_records, uncalibrated
+
+    settings = read_validation(file)
+    settings = settings if seeds is None else settings.replace(seeds=seeds)
+    place, data = file.parent / settings.case, file.parent if data is None else data
+    simulator = Simulator.of(settings, read_case(place), place.parent)
+    names = compared_channels(settings, simulator.turbine)
+    parameters = fitting.checked(fit or (), settings)
+    with progress_bar("reading") as progress:
+        progress(0.0)
+        measured = inspected(read_measurements(data, settings.channels))
+        measured = measured.with_issues(plausible(measured, simulator.turbine))
+        wind = settings.channels.wind
+        selected = select(
+            measured.records(), simulator.turbine, wind=wind, issues=measured.issues, rules=settings.selection
+        )
+    used = [each.record for each in selected if not each.rejected and each.operation == "production"]
+    if not used:
+        reasons = dict.fromkeys(each.rejected or f"{each.operation}, not production" for each in selected)
+        raise InputError(f"{data}: no record can be compared: {'; '.join(list(reasons)[:5]) or 'no records'}")
+    warn(dict.fromkeys(str(issue) for issue in measured.issues))
+    runs, length = len(used) * settings.seeds, sum(record.length for record in used) * settings.seeds
+    with run_store(out, repr(("validate", simulator.case, settings)), "meltemi.validation"):
+        read = time.perf_counter()
+        with simulation_bar(f"{len(used)} records, {settings.seeds} seeds", runs, "runs") as progress:
+            records, failed = simulate_records(simulator, used, names, workers=workers, progress=progress)
+        spent = time.perf_counter() - read
+        comparison = Comparison(tuple(records), names, uncalibrated(settings.channels, settings), settings.accuracy)
+        if not records:
+            raise InputError(f"{data}: no record could be simulated: {next(iter(failed.values()))}")
+        with simulation_bar("sensitivities") as progress:
+            further = fitting.sections(simulator, used, comparison, parameters, why=why, progress=progress)
+    made = made_by()
+    facts = [
+        ("Turbine", simulator.turbine.name),
+        ("Records", f"{len(records)} compared of {len(selected)}"),
+        ("Seeds", str(settings.seeds)),
+        ("Simulated", f"{length / 3600.0:.1f} h in {spent:.0f} s"),
+    ]
+    findings = Findings(
+        f"Measured and simulated: {simulator.turbine.name}", comparison, selected, measured.issues, failed, facts,
+        further, made["repeat"], made["footer"],
+    )  # fmt: skip
+    files = write_findings(findings, out)
+    shown = agreement_table(headline(comparison.agreements(), names))
+    print_table(f"{simulator.turbine.name}: {len(records)} records, {settings.seeds} seeds", shown.head, shown.texts, 3)
+    print(f"{runs} runs in {spent:.1f} s ({length / max(spent, 1e-9):.0f} times real time)")
+    wrote(*files)
+    finish(f"not simulated: {name}: {why}" for name, why in failed.items())

@@ -1,0 +1,327 @@
+"""Why simulations deviate: derivatives by uncertain parameters, and a fit of these on half of the records.
+
+Reference: docs/theory/validation.md (V-21 to V-26).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.threads import available_cores
+from meltemi.gradients.sensitivity import Sensitivity, sensitivity
+from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
+from meltemi.loadcases.store import made
+from meltemi.report.tables import number
+from meltemi.reports.blocks import Section, Table
+from meltemi.simulation.simulate import simulate
+from meltemi.validation.comparison import Comparison
+from meltemi.validation.measurements import MeasuredRecord
+from meltemi.validation.reduction import STATISTICS
+from meltemi.validation.report import HEADLINE, agreement_table, headline
+from meltemi.validation.settings import Validation
+from meltemi.validation.simulations import PATHS, Prepared, Simulator, simulate_records
+
+Float = NDArray[np.float64]
+PRIORS = {
+    "air_density": 0.01,
+    "pitch_offset": np.radians(0.5),
+    "yaw_error": np.radians(5.0),
+    "lift": 0.03,
+    "drag": 0.2,
+    "blade_stiffness": 0.05,
+    "blade_mass": 0.03,
+}
+"""Prior standard deviations: angles in rad, others relative; ``gauge_gain.CHANNEL`` has 0.03, and ``gauge_zero.CHANNEL``
+a tenth of the mean magnitude measured."""
+GAUGE_GAIN, GAUGE_ZERO = 0.03, 0.1
+YAW_STEP = np.radians(2.0)
+"""Of the difference for the yaw error, which no derivative of a run describes: it turns the wind."""
+PLACES = [STATISTICS.index(each) for each in HEADLINE]
+ZERO = np.array([1.0, 0.0, 0.0])
+"""Derivatives of the statistics of the first page by the zero of a gauge."""
+MOST_STEPS, CONVERGED = 4, 0.05
+"""Steps of Gauss and Newton, and the step over the posterior standard deviation at which they end."""
+
+
+def checked(names: Sequence[str], settings: Validation) -> tuple[str, ...]:
+    """The names of parameters.
+
+    Raises:
+      InputError: one is unknown.
+    """
+    channels = settings.channels.sensors()
+    known = [*PRIORS, *(f"gauge_{kind}.{name}" for name, _, _ in channels for kind in ("gain", "zero"))]
+    for name in (*names, *settings.priors):
+        if name not in known:
+            raise InputError(f"no parameter {name!r} to fit: {did_you_mean(name, known)}")
+    return tuple(dict.fromkeys(names))
+
+
+def prior(name: str, settings: Validation, comparison: Comparison) -> float:
+    """Prior standard deviation of a parameter."""
+    if name in settings.priors or name in PRIORS:
+        return settings.priors.get(name, PRIORS.get(name, 0.0))
+    if name.startswith("gauge_gain."):
+        return GAUGE_GAIN
+    measured = comparison.values(name.partition(".")[2], "mean")[0]
+    return GAUGE_ZERO * float(np.nanmean(np.abs(measured)))
+
+
+@dataclass(frozen=True)
+class Linear:
+    """Statistics of one simulation of each record, with their derivatives.
+
+    Attributes:
+      values: (R, C, 3) of the statistics of the first page, NaN where a channel is not measured.
+      slopes: (R, C, 3, P).
+    """
+
+    values: Float
+    slopes: Float
+
+
+def linear(
+    simulator: Simulator,
+    prepared: Sequence[Prepared],
+    channels: Sequence[str],
+    parameters: Sequence[str],
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Linear:
+    """Statistics of a seed of each record and their derivatives by parameters, at those of the simulator (V-21).
+
+    Raises:
+      InputError: the controller has no derivatives, or a run does not reach its end.
+    """
+    of_model = [name for name in parameters if name in PATHS]
+    turn = simulator.parameters.get("yaw_error", 0.0)
+    beside = [
+        replace(simulator, parameters={**simulator.parameters, "yaw_error": turn + sign * YAW_STEP})
+        for sign in (-1.0, 1.0)
+        if "yaw_error" in parameters
+    ]
+
+    def one(each: Prepared) -> tuple[Float, Float]:
+        """Values (C, 3) and slopes (C, 3, P) of a record."""
+        values = np.full((len(channels), len(HEADLINE)), np.nan)
+        slopes = np.zeros((*values.shape, len(parameters)))
+        derived = sensitivity(made(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]])
+        sides = [of.reduced(each, simulate(made(of.run(each, 1)))) for of in beside]
+        for c, name in enumerate(channels):
+            if name not in each.measured.values:
+                continue
+            gain, zero = (simulator.parameters.get(f"{kind}.{name}", 0.0) for kind in ("gauge_gain", "gauge_zero"))
+            x, by = _statistics(derived, name, simulator.settings.transient)
+            values[c] = (1.0 + gain) * x + zero * ZERO
+            for p, parameter in enumerate(parameters):
+                if parameter in of_model:
+                    k = of_model.index(parameter)
+                    scale = derived.values[k] if parameter == "air_density" else 1.0
+                    slopes[c, :, p] = (1.0 + gain) * scale * by[:, k]
+                elif parameter == "yaw_error":
+                    low, high = (side.values[name][PLACES] for side in sides)
+                    slopes[c, :, p] = (high - low) / (2.0 * YAW_STEP)
+                elif parameter.endswith(f".{name}"):
+                    slopes[c, :, p] = x if parameter.startswith("gauge_gain") else ZERO
+        return values, slopes
+
+    both = []
+    with ThreadPoolExecutor(workers or available_cores()) as pool:
+        for n, pair in enumerate(pool.map(one, prepared), 1):
+            both.append(pair)
+            if progress is not None:
+                progress(n / len(prepared))
+    return Linear(*(np.array(x) for x in zip(*both, strict=True)))
+
+
+def _statistics(run: Sensitivity, name: str, skip: float) -> tuple[Float, Float]:
+    """(3,) statistics of the first page and (3, P) their derivatives."""
+    series, slopes = run.series(name, skip=skip)
+    duration = float(run.result.time[-1]) - skip
+    load = del_gradient(series, slopes, duration=duration, slope=10.0)
+    pairs = mean_gradient(series, slopes), std_gradient(series, slopes), load
+    return np.array([value for value, _ in pairs]), np.array([by for _, by in pairs])
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """Parameters of a fit.
+
+    Attributes:
+      parameters: names.
+      prior: (P,) standard deviations about zero.
+      estimate: (P,) most probable values.
+      covariance: (P, P).
+      evidence: (P,) change of the logarithm of the evidence by fitting each parameter beside the others.
+      misfit: of the fitted records per datum: sum of squares of the deviations over their variances.
+      steps: of Gauss and Newton.
+    """
+
+    parameters: tuple[str, ...]
+    prior: Float
+    estimate: Float
+    covariance: Float
+    evidence: Float
+    misfit: float
+    steps: int
+
+
+def posterior(deviation: Float, slopes: Float, variance: Float, prior: Float, at: Float) -> tuple[Float, Float, float]:
+    """Most probable parameters of a linear model with normal priors about zero (V-23, V-24).
+
+    Args:
+      deviation: (N,) simulated less measured values at ``at``.
+      slopes: (N, P) their derivatives.
+      variance: (N,) of the deviations of a right model.
+      prior: (P,) standard deviations.
+      at: (P,) parameters.
+
+    Returns:
+      Parameters (P,), their covariance (P, P), and the logarithm of the evidence.
+    """
+    y = deviation - slopes @ at  # deviation of the linear model at zero
+    scaled = slopes * prior / np.sqrt(variance)[:, None]
+    H = np.eye(len(prior)) + scaled.T @ scaled
+    z = y / np.sqrt(variance)
+    x = -np.linalg.solve(H, scaled.T @ z)
+    evidence = -0.5 * float(z @ (z + scaled @ x) + np.linalg.slogdet(H)[1] + np.sum(np.log(2.0 * np.pi * variance)))
+    return prior * x, prior[:, None] * np.linalg.inv(H) * prior, evidence
+
+
+def data_of(comparison: Comparison, channels: Sequence[str]) -> tuple[Float, Float]:
+    """Deviations (R, C, 3) of the means of the seeds, and their variances: the larger of that of the seeds and of the
+    scatter over records (V-22)."""
+    deviation = np.full((len(comparison.records), len(channels), len(HEADLINE)), np.nan)
+    variance = np.full(deviation.shape, np.nan)
+    for c, name in enumerate(channels):
+        for s, statistic in enumerate(HEADLINE):
+            if name in comparison.range_only and statistic == "mean":
+                continue
+            x, y = comparison.values(name, statistic)
+            deviation[:, c, s] = np.nanmean(y, axis=1) - x
+            n = np.isfinite(y).sum(axis=1)
+            seeds = np.nanvar(y, axis=1, ddof=1) * (1.0 + 1.0 / n) if y.shape[1] > 1 else np.zeros(len(x))
+            there = np.isfinite(deviation[:, c, s])
+            scatter = float(np.var(deviation[there, c, s], ddof=1)) if there.sum() > 1 else 0.0
+            variance[:, c, s] = np.maximum(np.nan_to_num(seeds), scatter)
+    return deviation, variance
+
+
+def fitted(
+    simulator: Simulator,
+    prepared: Sequence[Prepared],
+    comparison: Comparison,
+    parameters: Sequence[str],
+    progress: Callable[[float], None] | None = None,
+    workers: int | None = None,
+) -> Posterior:
+    """Fit parameters by steps of Gauss and Newton (V-25).
+
+    Raises:
+      InputError: as of :func:`linear`; or nothing of the records depends on the parameters.
+    """
+    channels, at = list(comparison.channels), np.zeros(len(parameters))
+    width = np.array([prior(name, simulator.settings, comparison) for name in parameters])
+    deviation, variance = data_of(comparison, channels)
+    first: Float | None = None
+    for step in range(1, MOST_STEPS + 1):
+        now = linear(simulator.at(parameters, at), prepared, channels, parameters, workers, progress)
+        first = now.values if first is None else first
+        y, J = deviation + now.values - first, now.slopes
+        some = np.isfinite(y) & (variance > 0.0)
+        if not np.any(J[some]):
+            raise InputError("fit: no compared statistic depends on the parameters")
+        data = y[some], J[some], variance[some]
+        before = at
+        at, covariance, evidence = posterior(*data, width, before)
+        if np.all(np.abs(at - before) <= CONVERGED * np.sqrt(np.diag(covariance))):
+            break
+    others = [[k for k in range(len(parameters)) if k != p] for p in range(len(parameters))]
+    held = [posterior(data[0] - data[1][:, p] * before[p], data[1][:, o], data[2], width[o], before[o])[2]
+            for p, o in enumerate(others)]  # fmt: skip
+    left = data[0] + data[1] @ (at - before)
+    return Posterior(
+        tuple(parameters), width, at, covariance, evidence - np.array(held), float(np.mean(left**2 / data[2])), step
+    )
+
+
+def sections(
+    simulator: Simulator,
+    records: Sequence[MeasuredRecord],
+    comparison: Comparison,
+    parameters: Sequence[str],
+    *,
+    why: int = 3,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Iterator[Section]:
+    """Sections of a report: sensitivities over ``why`` records, and the fit on half of the records, judged on others."""
+    compared = [each.name for each in comparison.records]
+    prepared = [simulator.prepared(each, comparison.channels) for each in records if each.file in compared]
+    if why:
+        order = np.argsort([each.conditions.wind.speed for each in prepared])
+        chosen = [prepared[i] for i in order[np.linspace(0, len(order) - 1, min(why, len(order))).round().astype(int)]]
+        yield Section("Why", [why_table(simulator, chosen, comparison, workers, progress)])
+    if parameters:
+        half = [k for k in range(len(prepared)) if k % 2 == 0]
+        rest = [k for k in range(len(prepared)) if k % 2 == 1]
+        if not rest:
+            raise InputError("fit: at least two records are needed: one half is fitted, the other one judged")
+        found = fitted(simulator, [prepared[k] for k in half], comparison.some(half), parameters, progress, workers)
+        yield Section(
+            "Fit", [*fit_tables(simulator, found, [prepared[k] for k in rest], comparison.some(rest), workers)]
+        )
+
+
+def why_table(
+    simulator: Simulator, prepared: Sequence[Prepared], comparison: Comparison, workers: int | None,
+    progress: Callable[[float], None] | None,
+) -> Table:  # fmt: skip
+    """Change of each statistic by one prior standard deviation of each parameter, in per cent of its magnitude."""
+    names = list(PRIORS)
+    now = linear(simulator, prepared, comparison.channels, names, workers, progress)
+    scale = np.nanmean(np.abs(now.values), axis=0)
+    rows = []
+    for c, name in enumerate(comparison.channels):
+        for s, statistic in enumerate(HEADLINE):
+            changes = [prior(p, simulator.settings, comparison) * np.mean(now.slopes[:, c, s, k]) / scale[c, s]
+                       for k, p in enumerate(names)]  # fmt: skip
+            rows.append([name, statistic, *(number(100.0 * x) for x in changes)])
+    head = [f"{p}\n{_shown(p, prior(p, simulator.settings, comparison))}" for p in names]
+    caption = (
+        f"Change [%] of a statistic by one prior standard deviation of a parameter, mean of {len(prepared)} records"
+    )
+    return Table(["channel", "statistic", *head], rows, caption, 2)
+
+
+def _shown(name: str, value: float) -> str:
+    if name in ("pitch_offset", "yaw_error"):
+        return f"{np.degrees(value):.3g} deg"
+    return f"{value:.3g}" if name.startswith("gauge_zero") else f"{100.0 * value:.3g} %"
+
+
+def fit_tables(
+    simulator: Simulator, found: Posterior, judged: Sequence[Prepared], comparison: Comparison, workers: int | None
+) -> Iterator[str | Table]:
+    """The posterior, and the judged half before and after."""
+    quantile = 1.96
+    rows = []
+    for p, name in enumerate(found.parameters):
+        half = quantile * float(np.sqrt(found.covariance[p, p]))
+        values = (_shown(name, found.prior[p]), _shown(name, found.estimate[p]), _shown(name, half))
+        rows.append([name, *values, number(found.evidence[p])])
+    head = ["parameter", "prior\n+/- one standard deviation", "estimate", "95 %\n+/-", "ln evidence"]
+    yield Table(head, rows, f"Posterior after {found.steps} steps; misfit {found.misfit:.2f} per datum")
+    yield ("A positive logarithm of the evidence speaks for the parameter: above 3 strongly, below 0 the data do not need "
+           "it.")  # fmt: skip
+    yield agreement_table(headline(comparison.agreements(), comparison.channels), "Other half of the records, no fit")
+    after = simulator.at(found.parameters, found.estimate)
+    records, _ = simulate_records(after, [each.record for each in judged], comparison.channels, workers=workers)
+    judged_after = replace(comparison, records=tuple(records))
+    yield agreement_table(headline(judged_after.agreements(), comparison.channels), "Other half, with the fit")

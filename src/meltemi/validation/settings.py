@@ -1,0 +1,51 @@
+"""File of a validation: which turbine, which columns, what the sensors do not give."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from meltemi.core.record import Record
+from meltemi.core.yamlfile import read_record
+from meltemi.validation.channel_map import ChannelMap
+from meltemi.validation.conditions import SiteConditions
+from meltemi.validation.selection import SelectionRules
+
+
+class Validation(Record):
+    """Comparison of a turbine's measured records with simulations."""
+
+    case: str
+    """Case file with turbine, controller and options, relative to this file; its wind and duration do not count."""
+    channels: ChannelMap
+    """Columns of the measured files."""
+    compare: tuple[str, ...] = ()
+    """Channels; by default all that are measured and simulated, without angles and wind."""
+    range_only: tuple[str, ...] = ()
+    """Gauges whose zero and gain are not known: standard deviation, equivalent loads and spectra are compared. Those in
+    mV/V are among them."""
+    accuracy: dict[str, float] = Field(default_factory=dict)
+    """Relative standard uncertainty of a sensor by channel [-]."""
+    conditions: dict[str, SiteConditions] = Field(default_factory=dict)
+    """What sensors do not give, by patterns of file names; later ones take precedence."""
+    turbulence: dict[str, Any] = Field(default_factory=dict)
+    """Further settings of the turbulent wind: spectrum, points, dt."""
+    seeds: int = Field(default=5, ge=1, le=1000)
+    """Wind fields through the measured series of each record."""
+    transient: float = Field(default=60.0, ge=0.0, le=3600.0)
+    """[s] simulated before the record begins."""
+    selection: SelectionRules = SelectionRules()
+    """Which records are used."""
+    priors: dict[str, float] = Field(default_factory=dict)
+    """Prior standard deviations of uncertain parameters, in place of :data:`meltemi.validation.fit.PRIORS`."""
+
+
+def read_validation(path: str | Path) -> Validation:
+    """Read the file of a validation.
+
+    Raises:
+      InputError: the file is missing or not valid; the message names line and key.
+    """
+    return read_record(path, Validation)

@@ -1,0 +1,231 @@
+"""Simulations of measured records, in several wind fields through the measured series of each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from meltemi.cases.case import LoadCase, case_controller, case_turbine
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.gradients.sensitivity import turbine_values
+from meltemi.simulation.model import Model
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build
+from meltemi.simulation.run import Run
+from meltemi.tuning.run_store import FailedResult, cells
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.power_turbine import aeroelastic
+from meltemi.turbulence.conditioned import conditioned_field
+from meltemi.turbulence.sensors import Sensor as WindSensor
+from meltemi.validation.channel_map import ChannelMap, known_channel
+from meltemi.validation.comparison import ComparedRecord
+from meltemi.validation.conditions import RecordConditions, conditions_of, given_conditions
+from meltemi.validation.measurements import MeasuredRecord, Signal
+from meltemi.validation.reduction import ReducedRecord, like, reduce_record
+from meltemi.validation.settings import Validation
+from meltemi.wind.fields import WindBox
+from meltemi.wind.turbulent import TurbulentWind
+
+OUTPUT_STEP = 0.05
+"""[s] of simulated series, or the next multiple of the step of the case."""
+FACTORS = {
+    "lift": "turbine.airfoils.*.lift",
+    "drag": "turbine.airfoils.*.drag",
+    "blade_stiffness": "turbine.blade.structure.flap_stiffness",
+    "blade_mass": "turbine.blade.structure.mass",
+}
+"""Parameters that are factors on lists of the turbine's description, with their paths in ``sensitivity``."""
+PATHS = {"air_density": "aerodynamics.air_density", "pitch_offset": "pitch_offset", **FACTORS}
+"""Parameters of the model: ``pitch_offset`` [rad]; others are relative changes. Beside them there are ``yaw_error``
+[rad], which turns the wind, and ``gauge_gain.CHANNEL`` and ``gauge_zero.CHANNEL`` of the readings."""
+ROTOR = ("rotor_speed", "azimuth")
+"""Channels by which multiples of the rotor frequency are separated."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A record, ready to be simulated.
+
+    Attributes:
+      record: measured record.
+      signals: compared channels and those of the rotor.
+      conditions: wind and air.
+      measured: reduced record.
+    """
+
+    record: MeasuredRecord
+    signals: Mapping[str, Signal]
+    conditions: RecordConditions
+    measured: ReducedRecord
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """The turbine of a validation in the wind of any record.
+
+    Attributes:
+      settings: file of the validation.
+      case: its case.
+      folder: of the paths in the case.
+      turbine: of the case.
+      parameters: changes of uncertain parameters by name, see :data:`PATHS`.
+    """
+
+    settings: Validation
+    case: LoadCase
+    folder: Path
+    turbine: Turbine
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    models: dict[float | None, Model[Any]] = field(default_factory=dict, repr=False, compare=False)
+
+    @classmethod
+    def of(cls, settings: Validation, case: LoadCase, folder: Path) -> Simulator:
+        """Load the turbine of a case.
+
+        Raises:
+          InputError: it cannot be read, or is no aeroelastic one.
+        """
+        return cls(settings, case, folder, aeroelastic(case_turbine(case, folder), "meltemi validate"))
+
+    def at(self, parameters: Sequence[str], values: Sequence[float]) -> Simulator:
+        """The same with parameters changed."""
+        return replace(self, parameters=dict(zip(parameters, map(float, values), strict=True)), models={})
+
+    def model(self, air_density: float | None) -> Model[Any]:
+        """The turbine, with its parameters, in air of a density; None: that of the case."""
+        if air_density not in self.models:
+            site, change = self.case.environment, self.parameters
+            air = (air_density or site.density) * (1.0 + change.get("air_density", 0.0))
+            places: dict[str, Any] = {}
+            for name in change.keys() & FACTORS.keys():
+                found = turbine_values(name, self.turbine, FACTORS[name].split(".")[1:])
+                places |= {path: (1.0 + change[name]) * x for path, x in found.items()}
+            turbine = self.turbine.replace(**places) if places else self.turbine
+            model: Model[Any] = build(turbine, self.case.options, site.replace(air_density=air, air=None))
+            if offset := change.get("pitch_offset", 0.0):
+                blades = range(1, turbine.n_blades + 1)
+                model = model.with_parameters(**{f"actuators.pitch_offset_{b}": offset for b in blades})
+            self.models[air_density] = model
+        return self.models[air_density]
+
+    def prepared(self, record: MeasuredRecord, compared: Sequence[str]) -> Prepared:
+        """Wind, air and statistics of a record.
+
+        Raises:
+          InputError: a sensor is missing, or a channel has no samples.
+        """
+        s = self.settings
+        given = given_conditions(s.conditions, record.file)
+        conditions = conditions_of(record, s.channels, given, self.turbine.hub_height, s.transient, s.turbulence)
+        names = [name for name in dict.fromkeys((*compared, *ROTOR)) if name in record.signals]
+        signals = {name: record[name] for name in names if len(record[name].finite) > 1}
+        present = [name for name in compared if name in signals]
+        return Prepared(record, signals, conditions, reduce_record(signals, present))
+
+    def run(self, prepared: Prepared, seed: int) -> Run:
+        """The simulation of a record in the field of a seed."""
+        s, c = self.settings, prepared.conditions
+        duration, turn = s.transient + prepared.record.length, self.parameters.get("yaw_error", 0.0)
+        model = self.model(c.air_density)
+        return Run(
+            model,
+            partial(field_of, c.sensors, c.wind.replace(seed=seed), self.turbine, duration, c.distance, turn),
+            duration=duration,
+            transient=s.transient,
+            controller=case_controller(self.case, model, self.folder),
+            channels=tuple(dict.fromkeys((*prepared.signals, *ROTOR))),
+            output_step=self.case.output_step * max(round(OUTPUT_STEP / self.case.output_step), 1),
+            name=f"{prepared.record.file}, seed {seed}",
+        )
+
+    def reduced(self, prepared: Prepared, result: Result) -> ReducedRecord:
+        """What is compared of a simulation."""
+        signals = like(result, prepared.signals, prepared.record.begin, self.settings.transient)
+        for name in prepared.measured.values:  # what the gauge would read
+            gain, zero = (self.parameters.get(f"{kind}.{name}", 0.0) for kind in ("gauge_gain", "gauge_zero"))
+            signals[name] = Signal(signals[name].time, (1.0 + gain) * signals[name].values + zero)
+        return reduce_record(signals, list(prepared.measured.values))
+
+
+def field_of(
+    sensors: Sequence[WindSensor], wind: TurbulentWind, turbine: Turbine, duration: float, distance: float, turn: float
+) -> WindBox:
+    """The wind field through the series of a record."""
+    box = conditioned_field(sensors, wind, turbine, duration, distance=distance).field
+    return replace(box, direction=box.direction + turn)
+
+
+def compared_channels(settings: Validation, turbine: Turbine) -> tuple[str, ...]:
+    """Channels that are measured and simulated.
+
+    Raises:
+      InputError: a name in ``compare`` is not measured, or no channel is left.
+    """
+    measured = [name for name, _, sensor in settings.channels.sensors() if sensor.kind != "position"]
+    known = [name for name in dict.fromkeys(measured) if (c := known_channel(name)) and not c.name.startswith("wind_")]
+    for name in settings.compare:
+        if name not in known:
+            raise InputError(f"compare: {name!r} is not measured: {did_you_mean(name, known)}")
+    names = tuple(settings.compare or known)
+    if not names:
+        raise InputError("channels: none of the measured channels is one of the simulation")
+    return names
+
+
+def uncalibrated(channels: ChannelMap, settings: Validation) -> tuple[str, ...]:
+    """Channels of which zero and gain are not known."""
+    raw = [name for name, _, sensor in channels.sensors() if sensor.kind == "gauge" and sensor.si[0] in ("mV/V", "V")]
+    return tuple(dict.fromkeys((*settings.range_only, *raw)))
+
+
+def simulate_records(
+    simulator: Simulator,
+    records: Sequence[MeasuredRecord],
+    compared: Sequence[str],
+    *,
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[list[ComparedRecord], dict[str, str]]:
+    """Simulate records in all seeds; finished runs of the open ``run_store`` are read.
+
+    Returns:
+      The compared records, and the reasons of failed ones by file.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C.
+    """
+    seeds = range(1, simulator.settings.seeds + 1)
+    failed: dict[str, str] = {}
+    ready: list[Prepared] = []
+    for record in records:
+        try:
+            ready.append(simulator.prepared(record, compared))
+        except InputError as error:
+            failed[record.file] = str(error)
+    of_run = {f"{each.record.file}, seed {seed}": each for each in ready for seed in seeds}
+
+    def runs() -> Iterator[Run]:
+        for each in ready:
+            for seed in seeds:
+                yield simulator.run(each, seed)
+
+    values = cells(
+        runs(),
+        reduce=lambda result: simulator.reduced(of_run[str(result.meta["case"])], result),
+        workers=workers,
+        progress=progress,
+    )
+    done = []
+    for i, each in enumerate(ready):
+        mine = values[i * len(seeds) : (i + 1) * len(seeds)]
+        simulated = tuple(value for value in mine if not isinstance(value, FailedResult))
+        failed.update({each.record.file: value.why for value in mine if isinstance(value, FailedResult)})
+        c = each.conditions
+        if simulated:
+            density = c.air_density or simulator.case.environment.density
+            wind = c.wind.speed, c.wind.intensity, density, c.wind.shear_exponent
+            done.append(ComparedRecord(each.record.file, *wind, each.measured, simulated))
+    return done, failed
