@@ -24,6 +24,8 @@ from meltemi.wind.turbulent import TurbulentWind
 
 TEMPERATURE, PRESSURE, HUMIDITY = "air_temperature", "air_pressure", "humidity"
 """Channels of the density [K, Pa, -]."""
+TURBULENCE = {"coherent": "all", "points": 13}
+"""Settings of the wind that differ from those of :class:`TurbulentWind`."""
 NACELLE = "nacelle_direction"
 """Channel of the direction [rad] to which the rotor's axis points, as compass of the vane."""
 
@@ -112,7 +114,7 @@ def conditions_of(
                          "leave those out that are not at one distance")  # fmt: skip
     sensors = tuple(WindSensor(height=height, across=across, **series) for (height, across), series in masts.items())
     wind = measured_wind(
-        sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **{"coherent": "all", **turbulence}
+        sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **{**TURBULENCE, **turbulence}
     )
     return RecordConditions(sensors, wind, distances.pop(), _density(record, given))
 

@@ -19,7 +19,9 @@ from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
 from meltemi.loadcases.store import made
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Section, Table
-from meltemi.simulation.simulate import simulate
+from meltemi.simulation.result import Result
+from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import Simulation, march
 from meltemi.validation.comparison import Comparison
 from meltemi.validation.measurements import MeasuredRecord
 from meltemi.validation.reduction import STATISTICS
@@ -112,7 +114,7 @@ def linear(
         values = np.full((len(channels), len(HEADLINE)), np.nan)
         slopes = np.zeros((*values.shape, len(parameters)))
         derived = sensitivity(made(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]])
-        sides = [of.reduced(each, simulate(made(of.run(each, 1)))) for of in beside]
+        sides = [of.reduced(each, result_of(made(of.run(each, 1)))) for of in beside]
         for c, name in enumerate(channels):
             if name not in each.measured.values:
                 continue
@@ -138,6 +140,17 @@ def linear(
             if progress is not None:
                 progress(n / len(prepared))
     return Linear(*(np.array(x) for x in zip(*both, strict=True)))
+
+
+def result_of(run: Run) -> Result:
+    """Result of a run that reaches its end.
+
+    Raises:
+      RunError: it does not.
+    """
+    simulation = Simulation(run)
+    march(simulation)
+    return simulation.result().raise_for_status()
 
 
 def _statistics(run: Sensitivity, name: str, skip: float) -> tuple[Float, Float]:

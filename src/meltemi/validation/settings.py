@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import Field
 
@@ -36,6 +36,8 @@ class Validation(Record):
     """Wind fields through the measured series of each record."""
     transient: float = Field(default=60.0, ge=0.0, le=3600.0)
     """[s] simulated before the record begins."""
+    integration: Literal["implicit", "case"] = "implicit"
+    """``implicit`` takes longer steps than most cases ask for, see :class:`~meltemi.simulation.options.ModelOptions`."""
     selection: SelectionRules = SelectionRules()
     """Which records are used."""
     priors: dict[str, float] = Field(default_factory=dict)

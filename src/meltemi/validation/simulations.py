@@ -88,6 +88,8 @@ class Simulator:
         Raises:
           InputError: it cannot be read, or is no aeroelastic one.
         """
+        if settings.integration == "implicit":
+            case = case.replace(options=case.options.replace(integration="implicit"))
         return cls(settings, case, folder, aeroelastic(case_turbine(case, folder), "meltemi validate"))
 
     def at(self, parameters: Sequence[str], values: Sequence[float]) -> Simulator:
