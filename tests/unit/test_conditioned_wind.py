@@ -16,10 +16,10 @@ import meltemi
 from meltemi import InputError, TurbulentWind
 from meltemi.turbulence.conditioned import (
     Channel,
-    ConditionedField,
+    ConditionedFields,
     RandomField,
     conditioned,
-    conditioned_field,
+    conditioned_fields,
     continued,
     draw,
     on_planes,
@@ -51,22 +51,22 @@ def seen(row: int, column: int, keep: slice = slice(None), **changes: Any) -> Se
     return Sensor(**fields | changes)
 
 
-def make(sensors: list[Sensor], *, distance: float = 0.0, **changes: Any) -> ConditionedField:
-    return conditioned_field(sensors, WIND.replace(**changes), GRID, DURATION, distance=distance, variance="wind")
+def make(sensors: list[Sensor], *, distance: float = 0.0, **changes: Any) -> ConditionedFields:
+    return conditioned_fields(sensors, WIND.replace(**changes), GRID, DURATION, distance=distance, variance="wind")
 
 
-def at(result: ConditionedField, row: int, column: int) -> Float:
+def at(result: ConditionedFields, row: int, column: int) -> Float:
     """(T, 3) [m/s] at the planes that the true field has, too."""
-    return result.field.velocity[:, row, column].astype(float)
+    return result.fields[0].velocity[:, row, column].astype(float)
 
 
 TWO: dict[str, Any] = {"height": 80.0, "time": [0.0, 1.0]}
 THREE = ((4, 3), (1, 2), (3, 6))
-PLANES = len(conditioned_field([seen(4, 3)], WIND, GRID, DURATION).field.velocity)
+PLANES = len(conditioned_fields([seen(4, 3)], WIND, GRID, DURATION).fields[0].velocity)
 
 
 def test_the_planes_are_those_of_the_true_field() -> None:
-    np.testing.assert_allclose(make([seen(4, 3)]).field.passing, TIME[:PLANES], atol=1e-9)
+    np.testing.assert_allclose(make([seen(4, 3)]).fields[0].passing, TIME[:PLANES], atol=1e-9)
 
 
 @pytest.mark.parametrize("spectrum", ["kaimal", "vonkarman"])
@@ -92,7 +92,7 @@ def test_sensors_measure_in_inertial_axes(direction: float) -> None:
     cup = Sensor(speed=np.hypot(x, y), direction=-np.arctan2(y, x), **place)
     for sensor in (sonic, cup):
         result = make([sensor], direction=direction)
-        assert result.field.direction == direction
+        assert result.fields[0].direction == direction
         np.testing.assert_allclose(at(result, 1, 2), TRUTH.velocity[:PLANES, 1, 2], rtol=0.0, atol=EXACT)
 
 
@@ -121,15 +121,15 @@ def test_a_cup_in_veer_measures_the_speed_along_the_wind_at_its_height() -> None
 
 def test_the_field_covers_a_run() -> None:
     result = make([seen(4, 3)], distance=100.0)
-    check_coverage(result.field, hub_height=90.0, radius=12.0, reach=5.0, duration=DURATION)
+    check_coverage(result.fields[0], hub_height=90.0, radius=12.0, reach=5.0, duration=DURATION)
     grid = wind_grid_for(meltemi.load_turbine("nrel5mw"), 9)
-    box = conditioned_field([seen(4, 3)], WIND.replace(points=9), meltemi.load_turbine("nrel5mw"), 20.0).field
+    box = conditioned_fields([seen(4, 3)], WIND.replace(points=9), meltemi.load_turbine("nrel5mw"), 20.0).fields[0]
     assert (box.dy, box.bottom, box.velocity.shape[1:3]) == (grid.dy, grid.bottom, (grid.points_z, grid.points_y))
     check_coverage(box, hub_height=90.0, radius=63.0, reach=10.0, duration=20.0)
 
 
 def test_the_same_seed_gives_the_same_field_and_another_one_differs_between_the_sensors() -> None:
-    a, b, other = (make([seen(4, 3)], seed=seed).field.velocity for seed in (1, 1, 2))
+    a, b, other = (make([seen(4, 3)], seed=seed).fields[0].velocity for seed in (1, 1, 2))
     np.testing.assert_array_equal(a, b)
     assert np.std(a[:, 0, 0] - other[:, 0, 0], axis=0).min() > 0.3
 
@@ -157,7 +157,7 @@ def probable(field: RandomField, measured: list[Channel]) -> Complex:
 def residual(field: RandomField, measured: list[Channel], seeds: range) -> Float:
     """(P, H) variance of the amplitudes about their mean, over the field's, of some seeds."""
     mean = probable(field, measured)
-    squares = np.mean([np.abs(conditioned(field, measured, seed) - mean) ** 2 for seed in seeds], axis=0)
+    squares = np.mean([np.abs(conditioned(field, measured, [seed])[0] - mean) ** 2 for seed in seeds], axis=0)
     result: Float = squares / field.variances
     return result
 
@@ -185,9 +185,9 @@ def test_the_variance_at_a_distance_is_what_the_coherence_leaves() -> None:
 def test_other_components_are_those_of_a_field_without_sensors() -> None:
     sensor = Sensor(height=87.0, across=5.0, time=TIME, speed=TRUTH.velocity[:, 4, 3, 0].astype(float))
     with_sensor, free = make([sensor]), random_field(WIND, GRID, 1024, 1, [])
-    np.testing.assert_array_equal(conditioned(free, [], 7), draw(free, 7))
+    np.testing.assert_array_equal(conditioned(free, [], [7]), draw(free, [7]))
     other = make([sensor.replace(speed=sensor.speed + 1.0)])  # type: ignore[operator]
-    np.testing.assert_array_equal(with_sensor.field.velocity[..., 1:], other.field.velocity[..., 1:])
+    np.testing.assert_array_equal(with_sensor.fields[0].velocity[..., 1:], other.fields[0].velocity[..., 1:])
     assert with_sensor.explained[0] > 0.4 and list(with_sensor.explained[1:]) == [0.0, 0.0]
 
 
@@ -197,7 +197,9 @@ def test_a_field_has_its_covariance_with_places_between_its_points() -> None:
     some, seeds = slice(1, 20), range(1, 81)
     hub = 4 * GRID.points_y + 3
     places = np.array([hub, *field.sensors])
-    unit = np.concatenate([draw(field, seed)[places, some] / np.sqrt(field.variances[some]) for seed in seeds], axis=1)
+    unit = np.concatenate(
+        [draw(field, [seed])[0, places, some] / np.sqrt(field.variances[some]) for seed in seeds], axis=1
+    )
     computed = (unit @ unit.conj().T).real / unit.shape[1]
     covariances = field.covariances(places, places, some) / field.variances[some, None, None]
     expected = covariances.mean(axis=0)
@@ -209,7 +211,7 @@ def test_a_sensor_beside_one_at_a_point_is_drawn_once() -> None:
     """The second sensor is at a point, the fourth at the third: neither is given twice."""
     z, y = GRID.z[4], GRID.y[3]
     field, _ = series([(z - 3.0, y), (z, y), (z - 2.0, y + 1.0), (z - 2.0, y + 1.0), (z - 1.0, y)], n=512)
-    drawn = draw(field, 3)
+    drawn = draw(field, [3])[0]
     assert np.isfinite(drawn).all()
     np.testing.assert_array_equal(drawn[field.sensors[1]], drawn[4 * GRID.points_y + 3])
     np.testing.assert_array_equal(drawn[field.sensors[3]], drawn[field.sensors[2]])
@@ -234,7 +236,7 @@ def test_more_sensors_leave_less() -> None:
 
 def test_the_mean_over_seeds_is_the_most_probable_field() -> None:
     field, measured = series([OFF_GRID, (100.0, -20.0)], n=512)
-    mean = np.mean([conditioned(field, measured, seed) for seed in range(1, 33)], axis=0)
+    mean = np.mean([conditioned(field, measured, [seed])[0] for seed in range(1, 33)], axis=0)
     error = np.abs(mean - probable(field, measured)) ** 2 / field.variances
     # as a mean of 32 has it: the variance that is left, over 32
     left = residual(field, measured, range(40, 48))
@@ -258,7 +260,7 @@ def test_a_sensor_far_away_leaves_the_models_spectra_and_coherence(component: in
     np.testing.assert_allclose(field.variances[1:-1], amplitude_variances(WIND, 90.0, 2048)[1][component])
     power, cross = 0.0, 0.0
     for seed in range(1, 5):
-        unit = (conditioned(field, measured, seed) / np.sqrt(field.variances))[:, 1:-1]
+        unit = (conditioned(field, measured, [seed])[0] / np.sqrt(field.variances))[:, 1:-1]
         power = power + np.mean(np.abs(unit) ** 2, axis=0) / 4.0
         cross = cross + np.mean((unit[:-7] * unit[7:].conj()).real, axis=0) / 4.0  # a row below and one above
     for some in BANDS[:3]:
@@ -431,14 +433,14 @@ def test_the_profile_that_does_not_fit_is_reported_and_met() -> None:
 def test_the_variance_is_that_of_the_sensors_or_of_the_wind() -> None:
     wide = 10.0 + 3.0 * (TRUTH.velocity[:, 4, 3, 0].astype(float) - 10.0)
     cup = Sensor(height=GRID.z[4], time=TIME, speed=wide, noise=0.3)
-    measured, model = conditioned_field([cup], WIND, GRID, DURATION), make([cup])
+    measured, model = conditioned_fields([cup], WIND, GRID, DURATION), make([cup])
     n = even_fast(PLANES + math.ceil(8.1 * 42.0 / 10.0 / 0.2), real=True)
     (planes,) = on_planes([cup], WIND, GRID, TIME[0], n, PLANES)
     variance = np.var(planes.values[planes.known]) - 0.3**2
     expected = np.sqrt(variance / (2.0 * amplitude_variances(WIND, GRID.hub_height, n)[1][0].sum()))
     assert measured.factor == pytest.approx([expected, 1.0, 1.0]) and expected > 2.0
     assert model.factor == pytest.approx([1.0, 1.0, 1.0])
-    far = [np.std(result.field.velocity[:, 0, 0], axis=0) for result in (measured, model)]
+    far = [np.std(result.fields[0].velocity[:, 0, 0], axis=0) for result in (measured, model)]
     assert far[0][0] > 1.5 * far[1][0] and far[0][1:] == pytest.approx(far[1][1:])
 
 
@@ -453,7 +455,8 @@ def test_the_variance_is_that_of_the_sensors_or_of_the_wind() -> None:
         ({"u": [1.0, 2.0], "v": [0.0, 0.0], "speed": [1.0, 2.0]}, "give only one of both"),
         ({"speed": [1.0, 2.0, 3.0]}, "speed must have 2 entries like time, found 3"),
         ({"speed": [1.0, np.nan]}, "50 % of speed is missing, expected at most 20 %"),
-        ({"speed": [1.0, np.inf]}, "entry 2 is beyond 300"),
+        ({"speed": [1.0, np.inf]}, "every entry must be a finite number; not so at entry 2"),
+        ({"speed": [1.0, 999.9]}, "speed: entry 2 is beyond 300"),
         ({"time": [0.0, 0.0], "speed": [1.0, 2.0]}, "must increase"),
         ({"speed": [1.0, 2.0], "noise": -1.0}, "greater than or equal to 0"),
         ({"speed": "fast"}, "expected numbers"),
@@ -467,12 +470,12 @@ def test_a_sensor_that_cannot_be_is_refused(fields: dict[str, Any], message: str
 def test_what_cannot_be_conditioned_is_refused() -> None:
     sensor = seen(4, 3)
     for call, message in (
-        (lambda: conditioned_field([], WIND, GRID, 10.0), "at least one sensor"),
+        (lambda: conditioned_fields([], WIND, GRID, 10.0), "at least one sensor"),
         (lambda: make([sensor], intensity=0.0), "intensity must be above 0"),
         (lambda: make([sensor], periodic=True), "neither periodic nor hub_series"),
         (lambda: make([sensor], distance=-1.0), "0 to 1e5 m upwind"),
-        (lambda: conditioned_field([sensor], WIND, GRID, np.nan), "duration must be positive"),
-        (lambda: conditioned_field([sensor], WIND, GRID, 1e7), "does not fit into memory"),
+        (lambda: conditioned_fields([sensor], WIND, GRID, np.nan), "duration must be positive"),
+        (lambda: conditioned_fields([sensor], WIND, GRID, 1e7), "does not fit into memory"),
         (lambda: make([seen(4, 3, time=TIME + 5000.0)]), "they measure from 49"),
         (lambda: make([sensor, sensor]), "two of them measure u at 90 m, 0 m across: leave one out, or give noise"),
         (
@@ -481,10 +484,10 @@ def test_what_cannot_be_conditioned_is_refused() -> None:
         ),
         (lambda: make([sensor], spectrum="mann"), "takes the spectrum kaimal or vonkarman, found mann"),
         (
-            lambda: conditioned_field([sensor], WIND, GRID, 10.0, variance="measure"),  # type: ignore[arg-type]
+            lambda: conditioned_fields([sensor], WIND, GRID, 10.0, variance="measure"),  # type: ignore[arg-type]
             "variance: unknown choice 'measure'; did you mean 'measured'",
         ),
-        (lambda: conditioned_field([seen(4, 3, noise=9.0)], WIND, GRID, 10.0), "u at 90 m, .* no more than its noise"),
+        (lambda: conditioned_fields([seen(4, 3, noise=9.0)], WIND, GRID, 10.0), "u at 90 m, .* no more than its noise"),
     ):
         with pytest.raises(InputError, match=message):
             call()

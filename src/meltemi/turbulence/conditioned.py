@@ -61,11 +61,11 @@ FREQUENCIES_AT_ONCE = 1024
 
 
 @dataclass(frozen=True)
-class ConditionedField:
-    """A wind field through measured series, and how far these determine it.
+class ConditionedFields:
+    """Wind fields through measured series, and how far these determine them.
 
     Attributes:
-      field: wind field.
+      fields: a wind field for each seed.
       channels: (M,) text of each measured component, as "u at 80 m, 0 m across".
       delay: [s] time of the air from mast to rotor.
       begin, end: [s] times of the run in between which the series determine the wind at the tower.
@@ -75,7 +75,7 @@ class ConditionedField:
       explained: (3,) [-] share of the variance at the hub that the series determine.
     """
 
-    field: WindBox
+    fields: tuple[WindBox, ...]
     channels: tuple[str, ...]
     delay: float
     begin: float
@@ -162,39 +162,42 @@ class RandomField:
 
 
 @one_blas_thread
-def conditioned_field(
+def conditioned_fields(
     sensors: Sequence[Sensor],
     wind: TurbulentWind,
     size: AnyTurbine | WindGrid,
     duration: float,
     *,
+    seeds: Sequence[int] = (),
     distance: float = 0.0,
     variance: Variance = "measured",
-) -> ConditionedField:
-    """Generate a turbulent field that passes through the series of sensors.
+) -> ConditionedFields:
+    """Generate turbulent fields that pass through the series of sensors.
 
-    The field is what the wind's model allows, given the measurement (W-50): the same at every sensor and time with a
+    A field is what the wind's model allows, given the measurement (W-50): the same at every sensor and time with a
     sample, random elsewhere, the more so the farther away. A sensor determines the box there if it is at a point of
     the grid; between points the box is linear. Missing samples, the time between rare ones, and that before and after
     the series are drawn on the condition of all known samples (W-53).
 
     Args:
       sensors: on one mast or several at the same distance upwind; at least one.
-      wind: mean profile, spectrum (Kaimal's or von Karman's), coherence, seed; that of :func:`measured_wind` fits the
+      wind: mean profile, spectrum (Kaimal's or von Karman's), coherence; that of :func:`measured_wind` fits the
         sensors. With ``coherent="u"`` v and w change only the point at which they are measured.
       size: a turbine, which the grid then covers with its tower, or the grid itself.
       duration: [s] duration of the run.
+      seeds: one for each field, by default that of the wind; several take less time together than one by one.
       distance: [m] of the mast upwind of the tower along the mean wind; the air needs the time distance / speed.
-      variance: of the field: ``measured``, the spectra of the model times one factor for each measured component, so
+      variance: of the fields: ``measured``, the spectra of the model times one factor for each measured component, so
         that their variance is the mean one of the sensors; ``wind``, those of the description (W-52).
 
     Raises:
       InputError: the sensors do not measure during the run, two of them measure the same at the same place, the wind
-        cannot be conditioned, or the field does not fit into memory.
+        cannot be conditioned, or a field does not fit into memory.
     """
     _check(sensors, wind, distance, variance)
+    winds = [wind.replace(seed=seed) for seed in seeds or (wind.seed,)]
     grid = size if isinstance(size, WindGrid) else wind_grid_for(size, wind.points)
-    planes = math.ceil(plane_count(wind, grid, duration))
+    planes = math.ceil(plane_count(wind, grid, duration, len(winds)))
     padding = PADDING * length_scale(wind, grid.hub_height) / wind.speed
     n = even_fast(planes + math.ceil(padding / wind.dt), real=True)
     start = -0.5 * grid.width / wind.speed  # of the first plane at the tower, see WindBox
@@ -203,8 +206,8 @@ def conditioned_field(
     channels = on_planes(sensors, wind, grid, start - delay + lag, n, planes)
     shift = np.exp(-2j * np.pi * np.arange(n // 2 + 1) / (n * wind.dt) * lag)
     mean = np.repeat(mean_profile(wind, grid.z, grid.hub_height), grid.points_y, axis=0)
-    velocity = np.empty((planes, grid.points_z, grid.points_y, 3), np.float32)
-    at_points = velocity.reshape(planes, -1, 3)
+    velocity = np.empty((len(winds), planes, grid.points_z, grid.points_y, 3), np.float32)
+    at_points = velocity.reshape(len(winds), planes, -1, 3)
     factor, explained = np.ones(3), np.zeros(3)
     for c in range(3):
         measured = [channel for channel in channels if channel.component == c]
@@ -212,15 +215,18 @@ def conditioned_field(
         if variance == "measured":
             factor[c] = _factor(field, measured)
             field = replace(field, variances=factor[c] ** 2 * field.variances)
-        amplitudes = conditioned(field, measured, wind.seed)
+        amplitudes = conditioned(field, measured, [wind.seed for wind in winds])
         explained[c] = _explained(field)
         for first in range(0, len(mean), POINTS_AT_ONCE):
             some = slice(first, first + POINTS_AT_ONCE)
-            series = fft.irfft(amplitudes[some] * shift, n, norm="forward")[:, :planes]
-            at_points[:, some, c] = (series + mean[some, c, None]).T
+            series = fft.irfft(amplitudes[:, some] * shift, n, norm="forward")[..., :planes]
+            at_points[:, :, some, c] = (series + mean[some, c, None]).swapaxes(1, 2)
     inside = np.flatnonzero(np.any([channel.known for channel in channels], axis=0))
-    return ConditionedField(
-        field=box_of(wind, grid, velocity, f"{wind.label}, through {len(channels)} measured series"),
+    return ConditionedFields(
+        fields=tuple(
+            box_of(one, grid, v, f"{one.label}, through {len(channels)} measured series")
+            for one, v in zip(winds, velocity, strict=True)
+        ),
         channels=tuple(channel.label for channel in channels),
         delay=delay,
         begin=max(start + lag + wind.dt * int(inside[0]), 0.0),
@@ -308,21 +314,24 @@ def _factor(field: RandomField, measured: list[Channel]) -> float:
     return math.sqrt(np.mean(variances) / (2.0 * np.sum(field.variances[1:-1])))
 
 
-def draw(field: RandomField, seed: int) -> Complex:
-    """Draw the amplitudes (P + M, H) [m/s] at all places."""
+def draw(field: RandomField, seeds: Sequence[int]) -> Complex:
+    """Draw the amplitudes (S, P + M, H) [m/s] at all places with each seed."""
     c, grid, bins, count = field.component, field.grid, len(field.kappa), len(field.points)
     coherent = int(np.sum(field.kappa[1:-1] * min(grid.dy, grid.dz) < REACH))
-    amplitudes = np.zeros((len(field.z), bins), np.complex128)
-    for some, parts in coherent_fields(field.kappa[1 : coherent + 1], grid, seed, [FIELD_STREAM + c]):
-        amplitudes[:count, some.start + 1 : some.stop + 1] = parts[0].reshape(-1, count).T
-    add_noise(amplitudes[:count], 1.0 * (np.arange(bins - 2) >= coherent), seed, 0, POINT_STREAM + c)
-    add_noise(amplitudes[count:], np.ones(bins - 2), seed, 0, SENSOR_STREAM + c)
-    amplitudes[:count] *= np.sqrt(field.variances)
+    amplitudes = np.zeros((len(seeds), len(field.z), bins), np.complex128)
+    addresses = [(seed, FIELD_STREAM + c) for seed in seeds]
+    for some, parts in coherent_fields(field.kappa[1 : coherent + 1], grid, addresses):
+        part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
+        amplitudes[:, :count, some.start + 1 : some.stop + 1] = part
+    for seed, drawn in zip(seeds, amplitudes, strict=True):
+        add_noise(drawn[:count], 1.0 * (np.arange(bins - 2) >= coherent), seed, 0, POINT_STREAM + c)
+        add_noise(drawn[count:], np.ones(bins - 2), seed, 0, SENSOR_STREAM + c)
+    amplitudes[:, :count] *= np.sqrt(field.variances)
     distinct: list[int] = []  # sensors that are neither at a point nor at a sensor before
     for i in field.sensors.tolist():
         r = field.distances(np.array([i]), np.arange(i))[0]
         if r.min() == 0.0:
-            amplitudes[i] = amplitudes[r.argmin()]
+            amplitudes[:, i] = amplitudes[:, r.argmin()]
         else:
             nearest = np.argsort(r[:count], kind="stable")[:NEAREST]
             _draw_given(field, i, np.append(nearest, np.array(distinct, np.intp)), amplitudes)
@@ -337,27 +346,29 @@ def _draw_given(field: RandomField, i: int, given: Index, amplitudes: Complex) -
         covariance = field.covariances(given, np.array([i]), some)
         weight = np.linalg.solve(field.covariances(given, given, some), covariance)
         rest = field.variances[some] - np.sum(weight * covariance, axis=(1, 2))
-        amplitudes[i, some] *= np.sqrt(np.maximum(rest, 0.0))
-        amplitudes[i, some] += np.einsum("bk,kb->b", weight[..., 0], amplitudes[given, some])
+        amplitudes[:, i, some] *= np.sqrt(np.maximum(rest, 0.0))
+        amplitudes[:, i, some] += np.einsum("bk,skb->sb", weight[..., 0], amplitudes[:, given, some])
 
 
-def conditioned(field: RandomField, measured: list[Channel], seed: int) -> Complex:
-    """Draw the amplitudes (P, H) [m/s] of a random field at the points on the condition of series (W-50)."""
-    count, drawn = len(field.points), draw(field, seed)
-    at_points, at_sensors = drawn[:count], drawn[count:]
+def conditioned(field: RandomField, measured: list[Channel], seeds: Sequence[int]) -> Complex:
+    """Draw the amplitudes (S, P, H) [m/s] at the points with each seed on the condition of series (W-50)."""
+    count, drawn = len(field.points), draw(field, seeds)
+    at_points, at_sensors = drawn[:, :count], drawn[:, count:]
     if not measured:
         return at_points
     values = np.array([channel.values for channel in measured])
     known = np.array([channel.known for channel in measured])
     n = values.shape[1]
     errors = np.zeros_like(at_sensors)
-    add_noise(errors, np.ones(len(field.kappa) - 2), seed, 0, ERROR_STREAM + field.component)
+    for seed, error in zip(seeds, errors, strict=True):
+        add_noise(error, np.ones(len(field.kappa) - 2), seed, 0, ERROR_STREAM + field.component)
     at_sensors += field.noise[:, None] / math.sqrt(n) * errors
     among = field.measured()
-    difference = continued(values - fft.irfft(at_sensors, n, norm="forward"), known, among)
-    pull = np.linalg.solve(among, fft.rfft(difference, norm="forward").T[..., None])
+    differences = values - fft.irfft(at_sensors, n, norm="forward")
+    amplitudes = fft.rfft([continued(x, known, among) for x in differences], norm="forward")
+    pull = np.linalg.solve(among, amplitudes.T)
     for some in np.split(field.points, range(POINTS_AT_ONCE, count, POINTS_AT_ONCE)):
-        at_points[some] += (field.covariances(some, field.sensors) @ pull)[..., 0].T
+        at_points[:, some] += (field.covariances(some, field.sensors) @ pull).T
     return at_points
 
 
@@ -369,8 +380,6 @@ def continued(series: Float, known: NDArray[np.bool_], among: Float) -> Float:
     """
     from scipy.sparse.linalg import LinearOperator, cg
 
-    if known.all():
-        return series
     unknown = ~known
     inverse = np.linalg.inv(among)
 

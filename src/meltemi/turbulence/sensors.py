@@ -8,14 +8,14 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
-from meltemi.core.record import Record, Vector
+from meltemi.core.record import Record, Samples, Vector
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
@@ -24,28 +24,6 @@ MOST_MISSING = 0.2
 """Share of the samples of a sensor that may be missing."""
 STRONGEST = 300.0
 """[m/s] or [rad] of a sample."""
-
-
-def _gapped(value: Any) -> Float:
-    try:
-        array = np.array(value, np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError("expected numbers, NaN where a sample is missing") from None
-    if array.ndim != 1:
-        raise ValueError("expected a list of numbers")
-    if np.any(np.abs(array) > STRONGEST):  # infinite ones included
-        raise ValueError(f"entry {int(np.argmax(np.abs(array) > STRONGEST)) + 1} is beyond {STRONGEST:g}")
-    array.setflags(write=False)
-    return array
-
-
-Samples = Annotated[
-    NDArray[np.float64],
-    BeforeValidator(_gapped),
-    PlainSerializer(lambda a: a.tolist(), return_type=list[Any]),
-    WithJsonSchema({"type": "array", "items": {"type": "number"}}),
-]
-"""A read-only list of samples, NaN where one is missing."""
 
 
 class Sensor(Record):
@@ -95,10 +73,12 @@ class Sensor(Record):
         for name, x in series.items():
             if len(x) != n:
                 raise ValueError(f"{name} must have {n} entries like time, found {len(x)}")
-            if np.mean(np.isnan(x)) > MOST_MISSING:
+            if np.any(beyond := np.abs(x) > STRONGEST):
+                raise ValueError(f"{name}: entry {int(beyond.argmax()) + 1} is beyond {STRONGEST:g}")
+            if (missing := np.mean(np.isnan(x))) > MOST_MISSING:
                 raise ValueError(
-                    f"{100.0 * np.mean(np.isnan(x)):.3g} % of {name} is missing, expected at most "
-                    f"{100.0 * MOST_MISSING:g} %: shorten the series or leave {name} out"
+                    f"{100.0 * missing:.3g} % of {name} is missing, expected at most {100.0 * MOST_MISSING:g} %: "
+                    f"shorten the series or leave {name} out"
                 )
         return self
 
