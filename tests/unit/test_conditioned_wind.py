@@ -403,6 +403,8 @@ def test_shear_and_veer_are_recovered(direction: float) -> None:
     assert (wind.direction, wind.veer) == (pytest.approx(direction), pytest.approx(veer))
     assert (wind.spectrum, wind.seed) == ("vonkarman", 4)
     assert wind.intensity == pytest.approx(1.0 / 9.0, rel=0.01)
+    noisy = [sensor.replace(noise=0.5) for sensor in sensors]
+    assert measured_wind(noisy, 90.0).intensity == pytest.approx(np.sqrt(0.75) / 9.0, rel=0.01)
     given = measured_wind(sensors[:1], 90.0, shear_exponent=exponent, veer=veer)
     assert (given.speed, given.direction) == (pytest.approx(9.0), pytest.approx(direction))
     assert measured_wind(sensors[:1], 90.0).shear_exponent == 0.2
@@ -477,6 +479,7 @@ def test_what_cannot_be_conditioned_is_refused() -> None:
         (lambda: make([sensor], distance=-1.0), "0 to 1e5 m upwind"),
         (lambda: conditioned_fields([sensor], WIND, GRID, np.nan), "duration must be positive"),
         (lambda: conditioned_fields([sensor], WIND, GRID, 1e7), "does not fit into memory"),
+        (lambda: conditioned_fields([sensor], WIND, GRID, 1e5, seeds=range(100)), "not fit into memory 100 times"),
         (lambda: make([seen(4, 3, time=TIME + 5000.0)]), "they measure from 49"),
         (lambda: make([sensor, sensor]), "two of them measure u at 90 m, 0 m across: leave one out, or give noise"),
         (

@@ -323,8 +323,10 @@ def draw(field: RandomField, seeds: Sequence[int]) -> Complex:
     for some, parts in coherent_fields(field.kappa[1 : coherent + 1], grid, addresses):
         part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
         amplitudes[:, :count, some.start + 1 : some.stop + 1] = part
+    alone = np.ones(bins - 2)
+    alone[:coherent] = 0.0
     for seed, drawn in zip(seeds, amplitudes, strict=True):
-        add_noise(drawn[:count], 1.0 * (np.arange(bins - 2) >= coherent), seed, 0, POINT_STREAM + c)
+        add_noise(drawn[:count], alone, seed, 0, POINT_STREAM + c)
         add_noise(drawn[count:], np.ones(bins - 2), seed, 0, SENSOR_STREAM + c)
     amplitudes[:, :count] *= np.sqrt(field.variances)
     distinct: list[int] = []  # sensors that are neither at a point nor at a sensor before
@@ -381,7 +383,7 @@ def continued(series: Float, known: NDArray[np.bool_], among: Float) -> Float:
     from scipy.sparse.linalg import LinearOperator, cg
 
     unknown = ~known
-    inverse = np.linalg.inv(among)
+    inverse: Float = np.linalg.inv(among).astype(np.float64)
 
     def times(matrix: Float, x: Float) -> Float:
         product: Float = fft.irfft(np.einsum("hij,jh->ih", matrix, fft.rfft(x)), series.shape[1])
