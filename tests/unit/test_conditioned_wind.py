@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import meltemi
 from meltemi import InputError, TurbulentWind
 from meltemi.turbulence.conditioned import (
+    NEAREST,
     Channel,
     ConditionedFields,
     RandomField,
@@ -206,6 +207,19 @@ def test_a_field_has_its_covariance_with_places_between_its_points() -> None:
     expected = covariances.mean(axis=0)
     assert expected[0, 1] > 0.25 and expected[1, 2] > 0.25
     np.testing.assert_allclose(computed, expected, atol=4.5 / np.sqrt(unit.shape[1]))
+
+
+@pytest.mark.parametrize(("place", "largest"), [((31.5, 0.3), 1e-4), ((2.0, 14.0), 5e-4), ((30.0, 40.0), 1.3e-2)])
+def test_few_points_determine_the_air_at_a_sensor(place: tuple[float, float], largest: float) -> None:
+    """Error of its covariance with the other points, over its variance: inside, at a corner, 24 m beside the grid."""
+    grid = WindGrid(points_y=9, points_z=14, dy=4.0, dz=4.0, bottom=1.0, hub_height=32.0)
+    field = random_field(WIND, grid, 1024, 0, [Channel(0, *place, np.zeros(1024), np.ones(1024, bool))])
+    given = np.argsort(field.distances(field.sensors, field.points)[0])[:NEAREST]
+    weight = np.linalg.solve(field.covariances(given, given), field.covariances(given, field.sensors))
+    error = field.covariances(field.points, given) @ weight - field.covariances(field.points, field.sensors)
+    share = np.abs(error) / field.variances[:, None, None]
+    assert 0.01 * largest < share.max() < largest
+    assert share[:, given].max() < 1e-10
 
 
 def test_a_sensor_beside_one_at_a_point_is_drawn_once() -> None:
