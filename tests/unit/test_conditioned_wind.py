@@ -209,7 +209,7 @@ def test_a_field_has_its_covariance_with_places_between_its_points() -> None:
     np.testing.assert_allclose(computed, expected, atol=4.5 / np.sqrt(unit.shape[1]))
 
 
-@pytest.mark.parametrize(("place", "largest"), [((31.5, 0.3), 1e-4), ((2.0, 14.0), 5e-4), ((30.0, 40.0), 1.3e-2)])
+@pytest.mark.parametrize(("place", "largest"), [((31.5, 0.3), 5e-4), ((2.0, 14.0), 5e-4), ((30.0, 40.0), 1.3e-2)])
 def test_few_points_determine_the_air_at_a_sensor(place: tuple[float, float], largest: float) -> None:
     """Error of its covariance with the other points, over its variance: inside, at a corner, 24 m beside the grid."""
     grid = WindGrid(points_y=9, points_z=14, dy=4.0, dz=4.0, bottom=1.0, hub_height=32.0)
