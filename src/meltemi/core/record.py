@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, wraps
+from functools import cache, partial, wraps
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
@@ -39,12 +39,13 @@ LARGEST = 1e50
 """No physical quantity in SI units is larger; the product of a few still fits a number of 64 bits."""
 
 
-def _read_only(value: Any) -> NDArray[np.float64]:
+def _read_only(value: Any, *, gaps: bool = False) -> NDArray[np.float64]:
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):
         raise ValueError("expected numbers in a regular (rectangular) list") from None
-    for bad, must in ((~np.isfinite(array), "a finite number"), (np.abs(array) > LARGEST, f"at most {LARGEST:g}")):
+    infinite = np.isinf(array) if gaps else ~np.isfinite(array)
+    for bad, must in ((infinite, "a finite number"), (np.abs(array) > LARGEST, f"at most {LARGEST:g}")):
         if bad.any():
             where = ", ".join(str(i + 1) for i in np.flatnonzero(bad)[:5])
             raise ValueError(f"every entry must be {must}; not so at entry {where}")
@@ -52,12 +53,12 @@ def _read_only(value: Any) -> NDArray[np.float64]:
     return array
 
 
-Array = Annotated[
+_Listed = Annotated[
     NDArray[np.float64],
-    BeforeValidator(_read_only),
     PlainSerializer(lambda a: a.tolist(), return_type=list[Any]),
     WithJsonSchema({"type": "array", "items": {"type": "number"}}),
 ]
+Array = Annotated[_Listed, BeforeValidator(_read_only)]
 """A read-only float array of finite numbers; written in files as lists of numbers."""
 
 
@@ -69,6 +70,8 @@ def _flat(array: NDArray[np.float64]) -> NDArray[np.float64]:
 
 Vector = Annotated[Array, AfterValidator(_flat)]
 """An :data:`Array` of one dimension."""
+Samples = Annotated[_Listed, BeforeValidator(partial(_read_only, gaps=True)), AfterValidator(_flat)]
+"""A :data:`Vector` of samples, NaN where one is missing."""
 
 
 def set_keys(data: dict[str, Any], path: str, value: Any) -> None:

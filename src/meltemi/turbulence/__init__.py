@@ -1,4 +1,3 @@
 """Turbulent fields: random numbers, spectra, coherence, and their synthesis on a grid."""
 
 FEATURE = "turbulent wind"
-KERNELS = ("mann.py", "random.py", "synthesis.py")

@@ -91,13 +91,13 @@ def cut_out(modes: Complex, grid: WindGrid) -> Complex:
     return fft.ifft(across, axis=-1, norm="forward")[..., : grid.points_y]
 
 
-def coherent_fields(kappa: Float, grid: WindGrid, seed: int, streams: list[int]) -> Iterator[tuple[slice, Complex]]:
+def coherent_fields(kappa: Float, grid: WindGrid, addresses: list[tuple[int, int]]) -> Iterator[tuple[slice, Complex]]:
     """Complex fields of unit variance with coherence exp(-kappa r) at successive frequencies.
 
     Args:
       kappa: (B,) [1/m] increasing.
       grid: points across the wind.
-      seed, streams: address of the random numbers, one stream for each independent component (C).
+      addresses: seed and stream of the random numbers of each independent field (C).
 
     Yields:
       Slice of frequencies, and fields (C, b, Z, Y).
@@ -109,5 +109,5 @@ def coherent_fields(kappa: Float, grid: WindGrid, seed: int, streams: list[int])
         quarter = np.sqrt(eigenvalues(kappa[some], size, grid.dz, grid.dy) / (size[0] * size[1]))
         row, column = (np.minimum(np.arange(n), n - np.arange(n)) for n in size)
         weight = quarter[:, row[:, None], column]
-        fields = [cut_out(weight * torus_noise(seed, range(some.start, some.stop), s, size), grid) for s in streams]
-        yield some, np.stack(fields)
+        bins = range(some.start, some.stop)
+        yield some, np.stack([cut_out(weight * torus_noise(seed, bins, s, size), grid) for seed, s in addresses])

@@ -52,15 +52,7 @@ def generate_field(
       InputError: the field does not fit into memory, or the rotor is too close to the ground.
     """
     grid = size if isinstance(size, WindGrid) else wind_grid_for(size, wind.points)
-    if not (math.isfinite(duration) and duration > 0.0):
-        raise InputError(f"turbulence: duration must be positive, found {duration!r}")
-    passes = 0.0 if wind.periodic else 1.5 * grid.width / wind.speed + 2.0 * MARGIN
-    planes = (duration + passes) / wind.dt
-    if planes * grid.points_y * grid.points_z > MOST_POINTS:
-        raise InputError(
-            f"turbulence: a field of {planes:.3g} planes with {grid.points_z} x {grid.points_y} points does not fit "
-            "into memory: a higher speed, a shorter duration, fewer points or a larger dt reduce its size"
-        )
+    planes = plane_count(wind, grid, duration)
     n = max(2 * round(0.5 * planes), 4) if wind.periodic else exponential.even_fast(math.ceil(planes), real=True)
     mean = mean_profile(wind, grid.z, grid.hub_height)
     measured = hub_amplitudes(wind, grid, n) if wind.hub_series is not None else {}
@@ -77,6 +69,30 @@ def generate_field(
         measured=measured,
         progress=progress,
     )
+    return box_of(wind, grid, velocity, wind.label)
+
+
+def plane_count(wind: TurbulentWind, grid: WindGrid, duration: float, fields: int = 1) -> float:
+    """Number of planes, not rounded, that cover a run of a duration [s].
+
+    Raises:
+      InputError: the duration is not positive, or that many fields do not fit into memory.
+    """
+    if not (math.isfinite(duration) and duration > 0.0):
+        raise InputError(f"turbulence: duration must be positive, found {duration!r}")
+    passes = 0.0 if wind.periodic else 1.5 * grid.width / wind.speed + 2.0 * MARGIN
+    planes = (duration + passes) / wind.dt
+    if fields * planes * grid.points_y * grid.points_z > MOST_POINTS:
+        raise InputError(
+            f"turbulence: a field of {planes:.3g} planes with {grid.points_z} x {grid.points_y} points does not fit "
+            f"into memory{'' if fields == 1 else f' {fields} times'}: a higher speed, a shorter duration, fewer points "
+            "or a larger dt reduce its size"
+        )
+    return planes
+
+
+def box_of(wind: TurbulentWind, grid: WindGrid, velocity: NDArray[np.float32], source: str) -> WindBox:
+    """The field of velocities (T, Z, Y, 3) [m/s] at the points of a grid."""
     return WindBox(
         velocity=velocity,
         dt=wind.dt,
@@ -87,7 +103,7 @@ def generate_field(
         hub_height=grid.hub_height,
         periodic=wind.periodic,
         direction=wind.direction,
-        source=wind.label,
+        source=source,
     )
 
 
@@ -115,8 +131,8 @@ def _exponential(wind: TurbulentWind, grid: WindGrid, f: Float, variances: Float
     to_hub = np.hypot((grid.z - grid.z[row])[:, None], grid.y - grid.y[column])
 
     def coherent() -> Iterator[tuple[slice, Complex, Float]]:
-        streams = [FIELD_STREAM + c for c in components]
-        for bins, fields in exponential.coherent_fields(some, grid, wind.seed, streams):
+        addresses = [(wind.seed, FIELD_STREAM + c) for c in components]
+        for bins, fields in exponential.coherent_fields(some, grid, addresses):
             for c, field in zip(components, fields, strict=True):
                 field *= np.sqrt(variances[c, bins])[:, None, None]
             covered = np.zeros((4, fields.shape[1]))

@@ -230,21 +230,21 @@ def waves(k: Float, x: Float) -> Complex:
     return np.exp(1j * np.outer(x, k))
 
 
-def sheared_modes(
+def sheared_fields(
     k1: Float, grid: WindGrid, length: float, gamma: float, seed: int, stream: int
-) -> Iterator[tuple[Float, Float, Complex, Float]]:
-    """Velocities of the modes across the wind at successive wave numbers along it.
+) -> Iterator[tuple[Complex, Float]]:
+    """Complex fields of u, v, w at successive wave numbers along the wind.
 
     Args:
       k1: (B,) positive, in 1 / L.
-      grid: points across the wind, which decide about the modes.
+      grid: points across the wind.
       length: L [m].
       gamma: shear parameter.
       seed, stream: address of the random numbers; three streams are used.
 
     Yields:
-      Wave numbers k3 (K3,) and k2 (K2,), velocities of the modes (3, K3, K2), and the part of the one-point densities
-      (4,) that these contain, both for a unit isotropic deviation and a unit interval of k1.
+      Fields (3, Z, Y) and the part of the one-point densities (4,) that they contain, both for a unit isotropic
+      deviation and a unit interval of k1.
     """
     table = lifetimes(gamma)
     for i, k in enumerate(k1):
@@ -254,27 +254,13 @@ def sheared_modes(
         for c in range(3):
             noise(seed, i, stream + c, bits, modes[c].reshape(-1))
         shear(-float(k), k3, k2, weight_3, weight_2, table, modes, covered)
-        yield k3, k2, modes, covered
-
-
-def sheared_fields(
-    k1: Float, grid: WindGrid, length: float, gamma: float, seed: int, stream: int
-) -> Iterator[tuple[Complex, Float]]:
-    """Complex fields (3, Z, Y) of the modes of :func:`sheared_modes`, and the part of the densities (4,) in them."""
-    for k3, k2, modes, covered in sheared_modes(k1, grid, length, gamma, seed, stream):
         yield waves(k3, grid.z / length) @ modes @ waves(k2, grid.y / length).T, covered
-
-
-def weighted_tensor(k1: float, grid: WindGrid, length: float, gamma: float) -> tuple[Float, Float, Float]:
-    """Wave numbers k3 (K3,) and k2 (K2,), and covariances (3, 3, K3, K2) of the velocities of their modes."""
-    (k3, weight_3), (k2, weight_2) = wave_numbers(k1, grid, length)
-    phi = np.empty((3, 3, len(k3), len(k2)))
-    tensor(-k1, k3, k2, lifetimes(gamma), phi)
-    return k3, k2, phi * weight_3[:, None] * weight_2
 
 
 def covariance_with(point: tuple[int, int], k1: float, grid: WindGrid, length: float, gamma: float) -> Complex:
     """Covariances (3, 3, Z, Y) of the components at every point with those at one, E u_i(x) conj u_j(point)."""
-    k3, k2, phi = weighted_tensor(k1, grid, length, gamma)
+    (k3, weight_3), (k2, weight_2) = wave_numbers(k1, grid, length)
+    phi = np.empty((3, 3, len(k3), len(k2)))
+    tensor(-k1, k3, k2, lifetimes(gamma), phi)
     z, y = (grid.z - grid.z[point[0]]) / length, (grid.y - grid.y[point[1]]) / length
-    return waves(k3, z) @ phi @ waves(k2, y).T
+    return waves(k3, z) @ (phi * weight_3[:, None] * weight_2) @ waves(k2, y).T

@@ -8,14 +8,14 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Sequence
-from typing import Annotated, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BeforeValidator, Field, PlainSerializer, WithJsonSchema, model_validator
+from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError
-from meltemi.core.record import Record, Vector
+from meltemi.core.record import Record, Samples, Vector
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
@@ -24,28 +24,6 @@ MOST_MISSING = 0.2
 """Share of the samples of a sensor that may be missing."""
 STRONGEST = 300.0
 """[m/s] or [rad] of a sample."""
-
-
-def _gapped(value: Any) -> Float:
-    try:
-        array = np.array(value, np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise ValueError("expected numbers, NaN where a sample is missing") from None
-    if array.ndim != 1:
-        raise ValueError("expected a list of numbers")
-    if np.any(np.abs(array) > STRONGEST):  # infinite ones included
-        raise ValueError(f"entry {int(np.argmax(np.abs(array) > STRONGEST)) + 1} is beyond {STRONGEST:g}")
-    array.setflags(write=False)
-    return array
-
-
-Samples = Annotated[
-    NDArray[np.float64],
-    BeforeValidator(_gapped),
-    PlainSerializer(lambda a: a.tolist(), return_type=list[Any]),
-    WithJsonSchema({"type": "array", "items": {"type": "number"}}),
-]
-"""A read-only list of samples, NaN where one is missing."""
 
 
 class Sensor(Record):
@@ -84,7 +62,8 @@ class Sensor(Record):
         n = len(self.time)
         if n < 2 or np.any(np.diff(self.time) <= 0.0):
             raise ValueError("time needs at least 2 entries and must increase")
-        series = {name: x for name in SERIES if (x := getattr(self, name)) is not None}
+        names = ("u", "v", "w", "speed", "direction")
+        series = {name: x for name in names if (x := getattr(self, name)) is not None}
         if not series:
             raise ValueError("the sensor measures nothing: give u and v, speed, direction, or w")
         if ("u" in series) != ("v" in series):
@@ -94,28 +73,22 @@ class Sensor(Record):
         for name, x in series.items():
             if len(x) != n:
                 raise ValueError(f"{name} must have {n} entries like time, found {len(x)}")
-            if np.mean(np.isnan(x)) > MOST_MISSING:
+            if np.any(beyond := np.abs(x) > STRONGEST):
+                raise ValueError(f"{name}: entry {int(beyond.argmax()) + 1} is beyond {STRONGEST:g}")
+            if (missing := np.mean(np.isnan(x))) > MOST_MISSING:
                 raise ValueError(
-                    f"{100.0 * np.mean(np.isnan(x)):.3g} % of {name} is missing, expected at most "
-                    f"{100.0 * MOST_MISSING:g} %: shorten the series or leave {name} out"
+                    f"{100.0 * missing:.3g} % of {name} is missing, expected at most {100.0 * MOST_MISSING:g} %: "
+                    f"shorten the series or leave {name} out"
                 )
         return self
 
-    @property
-    def label(self) -> str:
-        """Short description, for messages."""
-        return f"sensor at {self.height:g} m, {self.across:g} m across"
 
-
-SERIES = ("u", "v", "w", "speed", "direction")
-
-
-def horizontal(sensor: Sensor) -> tuple[Float, Float] | None:
-    """Velocity (T,), (T,) [m/s] along x and y of the inertial axes, of a sensor that has speed and direction (W-47)."""
+def horizontal(sensor: Sensor) -> NDArray[np.complex128] | None:
+    """Velocity (T,) [m/s] as speed times exp(i direction), of a sensor that has both (W-47)."""
     if sensor.u is not None and sensor.v is not None:
-        return sensor.u, sensor.v
+        return sensor.u - 1j * sensor.v
     if sensor.speed is not None and sensor.direction is not None:
-        return sensor.speed * np.cos(sensor.direction), -sensor.speed * np.sin(sensor.direction)
+        return sensor.speed * np.exp(1j * sensor.direction)
     return None
 
 
@@ -128,11 +101,10 @@ def components(sensor: Sensor, wind: TurbulentWind, mean: Float) -> dict[int, Fl
       mean: (3,) [m/s] mean wind at the sensor in these axes: a cup alone gives u, a vane alone v, to the first order of
         the fluctuations.
     """
-    c, s = math.cos(wind.direction), math.sin(wind.direction)
     result = {}
-    if (both := horizontal(sensor)) is not None:
-        x, y = both
-        result = {0: c * x - s * y, 1: s * x + c * y}
+    if (velocity := horizontal(sensor)) is not None:
+        turned = velocity * cmath.exp(-1j * wind.direction)
+        result = {0: turned.real, 1: -turned.imag}
     elif sensor.speed is not None:
         result = {0: sensor.speed + mean[0] - math.hypot(mean[0], mean[1])}
     elif sensor.direction is not None:
@@ -170,28 +142,26 @@ def measured_wind(
     """
     speeds, directions = [], []
     for sensor in sensors:
-        if (both := horizontal(sensor)) is not None:
-            x, y = (np.nanmean(v + 0.0 * both[0] * both[1]) for v in both)
-            speeds.append((sensor.height, math.hypot(x, y)))
-            directions.append((sensor.height, -math.atan2(y, x)))
+        if (velocity := horizontal(sensor)) is not None:
+            mean = complex(np.nanmean(velocity))
+            speeds.append((sensor.height, abs(mean)))
+            directions.append((sensor.height, cmath.phase(mean)))
         elif sensor.speed is not None:
             speeds.append((sensor.height, float(np.nanmean(sensor.speed))))
         elif sensor.direction is not None:
             directions.append((sensor.height, cmath.phase(complex(np.nanmean(np.exp(1j * sensor.direction))))))
     if not speeds or min(speed for _, speed in speeds) <= 0.0:
         raise InputError("sensors: the mean wind needs a mean speed above 0: give u and v, or speed, of a sensor")
-    z, mean = np.array(speeds).T
+    z, means = np.array(speeds).T
     default = TurbulentWind.model_fields["shear_exponent"].default
-    level, exponent = _line(np.log(z / hub_height), np.log(mean), shear_exponent, default)
+    level, exponent = _line(np.log(z / hub_height), np.log(means), shear_exponent, default)
     turn = veer or 0.0
     if directions:
         z, angle = np.array(directions).T
         level_of, turn = _line(z - hub_height, np.angle(np.exp(1j * (angle - angle[0]))), veer, 0.0)
         options["direction"] = cmath.phase(cmath.exp(1j * (angle[0] + level_of)))
-    wind = TurbulentWind(
-        speed=math.exp(level), intensity=0.0, shear_exponent=exponent, veer=turn, **options | {"hub_series": None}
-    )
-    at = np.array([math.exp(level), 0.0, 0.0])
+    wind = TurbulentWind(speed=math.exp(level), intensity=0.0, shear_exponent=exponent, veer=turn, **options)
+    at = np.array([wind.speed, 0.0, 0.0])
     along = [(series[0], s.noise) for s in sensors if 0 in (series := components(s, wind, at))]
     variance = np.mean([max(float(np.nanvar(x)) - noise**2, 0.0) for x, noise in along])
     return wind.replace(intensity=math.sqrt(variance) / wind.speed)
@@ -199,8 +169,6 @@ def measured_wind(
 
 def _line(x: Float, y: Float, slope: float | None, default: float) -> tuple[float, float]:
     """Intercept and slope of the line that fits points (n,); the slope is given or, for one abscissa, the default."""
-    if slope is None and np.ptp(x) == 0.0:
-        slope = default
     if slope is None:
-        slope = float(np.cov(x, y, bias=True)[0, 1] / np.var(x))
+        slope = float(np.cov(x, y, bias=True)[0, 1] / np.var(x)) if np.ptp(x) > 0.0 else default
     return float(np.mean(y - slope * x)), slope

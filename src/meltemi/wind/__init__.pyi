@@ -15,8 +15,8 @@ from meltemi.iec.winds import ewm_steady as ewm_steady
 from meltemi.iec.winds import ewm_turbulent as ewm_turbulent
 from meltemi.iec.winds import ntm as ntm
 from meltemi.iec.winds import nwp as nwp
-from meltemi.turbulence.conditioned import ConditionedField as ConditionedField
-from meltemi.turbulence.conditioned import conditioned_field as conditioned_field
+from meltemi.turbulence.conditioned import ConditionedFields as ConditionedFields
+from meltemi.turbulence.conditioned import conditioned_fields as conditioned_fields
 from meltemi.turbulence.field import generate_field as generate_field
 from meltemi.turbulence.grid import WindGrid as WindGrid
 from meltemi.turbulence.grid import wind_grid_for as wind_grid_for
