@@ -24,8 +24,6 @@ from meltemi.wind.turbulent import TurbulentWind
 
 TEMPERATURE, PRESSURE, HUMIDITY = "air_temperature", "air_pressure", "humidity"
 """Channels of the density [K, Pa, -]."""
-TURBULENCE = {"coherent": "all", "points": 13}
-"""Settings of the wind that differ from those of :class:`TurbulentWind`."""
 NACELLE = "nacelle_direction"
 """Channel of the direction [rad] to which the rotor's axis points, as compass of the vane."""
 
@@ -113,9 +111,7 @@ def conditions_of(
         raise InputError(f"{record.file}: anemometers at {', '.join(f'{d:g}' for d in sorted(distances))} m upwind: "
                          "leave those out that are not at one distance")  # fmt: skip
     sensors = tuple(WindSensor(height=height, across=across, **series) for (height, across), series in masts.items())
-    wind = measured_wind(
-        sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **{**TURBULENCE, **turbulence}
-    )
+    wind = measured_wind(sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **turbulence)
     return RecordConditions(sensors, wind, distances.pop(), _density(record, given))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -18,7 +19,8 @@ from meltemi.simulation.run import Run
 from meltemi.tuning.run_store import FailedResult, cells
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
-from meltemi.turbulence.conditioned import conditioned_field
+from meltemi.turbulence.conditioned import conditioned_fields
+from meltemi.turbulence.grid import WIDTH
 from meltemi.turbulence.sensors import Sensor as WindSensor
 from meltemi.validation.channel_map import ChannelMap, known_channel
 from meltemi.validation.comparison import ComparedRecord
@@ -31,6 +33,8 @@ from meltemi.wind.turbulent import TurbulentWind
 
 OUTPUT_STEP = 0.05
 """[s] of simulated series, or the next multiple of the step of the case."""
+STEP, SPACING = 0.2, 3.5
+"""[s, m] of the planes and points of a wind field, unless the file says otherwise."""
 FACTORS = {
     "lift": "turbine.airfoils.*.lift",
     "drag": "turbine.airfoils.*.drag",
@@ -121,7 +125,8 @@ class Simulator:
         """
         s = self.settings
         given = given_conditions(s.conditions, record.file)
-        conditions = conditions_of(record, s.channels, given, self.turbine.hub_height, s.transient, s.turbulence)
+        turbulence = {"coherent": "all", "dt": STEP, "points": points_across(self.turbine), **s.turbulence}
+        conditions = conditions_of(record, s.channels, given, self.turbine.hub_height, s.transient, turbulence)
         names = [name for name in dict.fromkeys((*compared, *ROTOR)) if name in record.signals]
         signals = {name: record[name] for name in names if len(record[name].finite) > 1}
         present = [name for name in compared if name in signals]
@@ -152,11 +157,16 @@ class Simulator:
         return reduce_record(signals, list(prepared.measured.values))
 
 
+def points_across(turbine: Turbine) -> int:
+    """Points of a wind field across: an odd number, at most ``SPACING`` apart where 25 of them allow it."""
+    return min(max(2 * math.ceil(0.5 * WIDTH * 2.0 * turbine.rotor_radius / SPACING) + 1, 9), 25)
+
+
 def field_of(
     sensors: Sequence[WindSensor], wind: TurbulentWind, turbine: Turbine, duration: float, distance: float, turn: float
 ) -> WindBox:
     """The wind field through the series of a record."""
-    box = conditioned_field(sensors, wind, turbine, duration, distance=distance).field
+    (box,) = conditioned_fields(sensors, wind, turbine, duration, distance=distance).fields
     return replace(box, direction=box.direction + turn)
 
 
