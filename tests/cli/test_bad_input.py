@@ -63,7 +63,7 @@ def described(turbine: Turbine, tmp_path: Path) -> Callable[[Callable[[Content],
             id="deep key",
         ),
         pytest.param(
-            lambda t: t["hub"].pop("mass"), "hub.mass", "missing ([kg; 2.5e3 to 1.2e5 at 100 m].)", id="missing"
+            lambda t: t["hub"].pop("mass"), "hub.mass", "missing ([kg; 2.5e3 to 1.2e5 at 100 m] mass.)", id="missing"
         ),
         pytest.param(
             lambda t: t["nacelle"].update(mass=-1.0),

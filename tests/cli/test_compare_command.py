@@ -157,7 +157,7 @@ def test_a_wind_that_one_scheme_does_not_survive_is_left_out_for_all(command: Co
     said = re.fullmatch(r"excluded: scheme 'own' in wind 1: at t = (3\d\.\d+) s the controller .*\n", ran.err)
     assert said, ran.err
     assert {row["seed"] for row in rows(out / "seeds.csv")} == {"2"}
-    assert "scheme &#x27;own&#x27; in wind 1" in (out / "comparison.html").read_text(encoding="utf-8")
+    assert "scheme &#39;own&#39; in wind 1" in (out / "comparison.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow

@@ -559,7 +559,7 @@ def test_sample_time(model: Model) -> None:
 @pytest.mark.parametrize(
     ("settings", "arguments", "words"),
     [
-        (one(FLAP), {}, r"loops\[0\]: flap 1 is asked for, the blades of '.*' have none: add flaps.*with_flaps"),
+        (one(FLAP), {}, r"loops\[0\]: flap 1 is required, the blades of '.*' have none: add flaps.*with_flaps"),
         (one(PITCH), {"sample_time": 3.0}, r"loops\[0\]: harmonic 1 .*half the sampling rate.*use a sample_time below"),
         (one(PITCH, harmonic=20), {"sample_time": 0.2}, "use a sample_time below 0.12"),
         (one(PITCH, harmonic=3), {}, "harmonic 3: 3 blades cannot tell its cosine from its sine part"),
@@ -578,7 +578,7 @@ def test_settings_that_do_not_fit_are_refused(
 
 
 def test_a_flap_that_is_not_there_is_refused(flapped: Turbine, turbine: Turbine) -> None:
-    with pytest.raises(InputError, match="flap 2 is asked for, the blades of '.*' have 1"):
+    with pytest.raises(InputError, match="flap 2 is required, the blades of '.*' have 1"):
         LoadController(flapped, one(FLAP, flap=2))
     with pytest.raises(InputError, match="2 blades"):
         LoadController(turbine.replace(n_blades=2), one(PITCH))

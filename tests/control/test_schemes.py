@@ -51,7 +51,7 @@ def test_flaps_are_added_only_where_they_are_needed(turbine: Turbine) -> None:
     flapped = equipped(turbine, ["cpc", "cpfc"])
     assert len(flapped.blade.flaps) == 1
     assert equipped(flapped, ["flaps"]) is flapped
-    with pytest.raises(InputError, match="flap 1 is asked for"):
+    with pytest.raises(InputError, match="flap 1 is required"):
         design_controllers(build(turbine), ["flaps"])
 
 

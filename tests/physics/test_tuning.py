@@ -245,7 +245,7 @@ def test_the_notch_lies_at_the_drivetrain(linear: list[LinearModel]) -> None:
         ({"phase_margin": 1.6}, "phase_margin must lie between 0 and pi/2"),
         ({"gain_margin": 1.0}, "gain_margin must be above 1"),
         ({"harmonic": 3}, "3"),
-        ({"actuator": "flap", "flap": 2}, "flap 2 is asked for, the blades have 1"),
+        ({"actuator": "flap", "flap": 2}, "flap 2 is required, the blades have 1"),
     ],
 )
 def test_what_cannot_be_tuned_is_refused(

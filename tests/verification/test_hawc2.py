@@ -19,7 +19,7 @@ def test_the_direction_of_its_lift_explains_hawcstab2s_power() -> None:
     """IEA 10 MW, 5 m/s: lift normal to the flow at three quarters of the chord takes more than half of +3.9 %."""
     (row,) = reference_table("hawc2_steady", turbine="iea10", wind="5")
     model = hawc2.rotor_of(load_turbine("iea10mw"))
-    point = hawc2._point(model, row)
+    point = hawc2.point_of_row(model, row)
     power, reference = hawc2._loads(point)["power"], 1e3 * float(row["power"])
     tilted = power + hawc2._power_of_tilt(model, point)
     assert 100.0 * (power / reference - 1.0) == pytest.approx(3.92, abs=0.1)

@@ -169,9 +169,9 @@ class LoadCase(Record):
     view: bool = False
     """Record the motion for the three-dimensional view (`meltemi view`)."""
     blade_stations: tuple[float, ...] = ()
-    """[m] from the blade root: additional stations for section loads."""
+    """[m] from the blade root: stations of section loads."""
     tower_stations: tuple[float, ...] = ()
-    """[m] above the tower base: additional stations for section loads."""
+    """[m] above the tower base: stations of section loads."""
     events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
     """Faults, grid losses and operator requests, each with its time."""
     options: ModelOptions = ModelOptions()

@@ -330,7 +330,7 @@ def _check(model: BladedModel, flap: int, phase: float, gain: float) -> None:
     if not gain > 1.0:
         raise InputError(f"tune_ipc: gain_margin must be above 1, found {gain!r}")
     if flap > model.n_flaps:
-        raise InputError(f"tune_ipc: flap {flap} is asked for, the blades have {model.n_flaps or 'none'}")
+        raise InputError(f"tune_ipc: flap {flap} is required, the blades have {model.n_flaps or 'none'}")
 
 
 def _plants(models: Sequence[LinearModel], harmonic: int, harmonics: Sequence[int], dt: float) -> tuple[_Plant, ...]:

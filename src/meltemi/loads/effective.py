@@ -65,7 +65,8 @@ def farm_turbulence(speed: float, sigma: float, rows: float, within: float, thru
     """Ambient standard deviation [m/s] within a farm of more than five rows (K-18).
 
     Args:
-      speed, sigma: [m/s] mean wind speed and ambient standard deviation, as for :func:`wake_turbulence`.
+      speed: [m/s] mean wind speed.
+      sigma: [m/s] ambient standard deviation, as for :func:`wake_turbulence`.
       rows: distance between rows, in rotor diameters.
       within: distance within rows, in rotor diameters.
       thrust: thrust coefficient of the turbines.

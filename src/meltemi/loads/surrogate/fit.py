@@ -144,7 +144,9 @@ def fit_surrogate(
     """Fit a surrogate to the runs of a campaign except those of held-out points, and validate it with these.
 
     Args:
-      campaign, design, loads: campaign, points of the runs and (n, L) equivalent loads, from ``surrogate_loads``.
+      campaign: campaign of the runs.
+      design: points of the runs.
+      loads: (n, L) equivalent loads, from ``surrogate_loads``.
       kind: "polynomial" chaos expansion or "gaussian" process.
       degree: largest degree of the polynomials; a lower one has fewer terms.
 

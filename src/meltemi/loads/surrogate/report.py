@@ -63,7 +63,8 @@ def plot_surrogate(surrogate: Surrogate, design: SurrogateDesign, loads: Float) 
 
     Args:
       surrogate: surrogate of the campaign.
-      design, loads: points of the runs and their (n, L) equivalent loads, from ``surrogate_loads``.
+      design: points of the runs.
+      loads: (n, L) equivalent loads of the runs, from ``surrogate_loads``.
     """
     at = design.check if design.check.any() else np.ones(len(design), dtype=bool)
     _, first, place, count = np.unique(design.point[at], return_index=True, return_inverse=True, return_counts=True)
