@@ -15,7 +15,7 @@ from meltemi.reports.blocks import Table
 from meltemi.validation.channel_map import ChannelMap
 from meltemi.validation.issues import issues_table
 from meltemi.validation.measurements import Measurements, Signal, measurements_of
-from meltemi.validation.plausibility import plausible, require_plausible
+from meltemi.validation.plausibility import plausible
 from meltemi.validation.quality import QualityRules, clock_lag, inspected, spikes, stuck
 
 Float = NDArray[np.float64]
@@ -102,11 +102,11 @@ def test_limits_of_spikes_change_them() -> None:
     x = gusts(6000, 5)
     x[1000:1006] += 12.0
     assert spikes(x, RATE).sum() == 6
-    for change in ({"spike_deviations": 80.0}, {"spike_longest": 0.4}, {"spike_floor": 5.0}, {"spike_window": 0.3}):
+    for change in ({"spike_deviations": 80.0}, {"spike_longest": 0.4}):
         assert not spikes(x, RATE, QualityRules(**change)).any()
     slow = gusts(6000, 5)
     slow[1000:1009] += 15.0 * np.array([0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 0.75, 0.5, 0.25])
-    assert not spikes(slow, RATE).any() and spikes(slow, RATE, QualityRules(spike_jump=0.1)).any()
+    assert not spikes(slow, RATE).any()
 
 
 def test_stuck_sensors() -> None:
@@ -140,7 +140,7 @@ def two_clocks(seed: int, lag: float, noise: float = 0.2, n: int = 6000) -> tupl
     one, two = t[::10], t[::25] + 0.013
     a = fine[::10] + noise * chance.standard_normal(len(one))
     b = 3.0 * np.interp(two, t, fine) + 5.0 + 3.0 * noise * chance.standard_normal(len(two))
-    return Signal(one, a), Signal(two + lag, b)
+    return Signal(one, a, RATE), Signal(two + lag, b, 4.0)
 
 
 def test_lag_of_clocks_is_recovered() -> None:
@@ -218,7 +218,6 @@ def operation(turbine: Turbine, *, shift: float = 0.0, n: int = 10800, **changed
 
 def test_operation_of_the_turbine_is_plausible(turbine: Turbine) -> None:
     assert plausible(operation(turbine), turbine) == []
-    require_plausible(operation(turbine), turbine)
 
 
 @pytest.mark.parametrize(
@@ -246,9 +245,8 @@ def test_operation_of_the_turbine_is_plausible(turbine: Turbine) -> None:
 )
 def test_wrong_units_and_signs(turbine: Turbine, column: str, factor: float, kind: str, words: str) -> None:
     changed = operation(turbine, **{column: lambda x: factor * x})
-    assert kind in [issue.kind for issue in plausible(changed, turbine)]
-    with pytest.raises(InputError, match=words):
-        require_plausible(changed, turbine)
+    issues = plausible(changed, turbine)
+    assert any(issue.kind == kind and re.search(words, str(issue)) for issue in issues), "\n".join(map(str, issues))
 
 
 def test_wind_of_another_turbine(turbine: Turbine) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import datetime, timedelta, timezone, tzinfo
+from datetime import datetime, tzinfo
 from functools import cache
 from pathlib import Path
 from typing import Literal, Self
@@ -39,8 +39,8 @@ class Sensor(Record):
     """Instrument. A ``position`` (pitch, azimuth, yaw) may rest; ``power`` and ``rpm`` may rest at zero."""
     sign: Literal[1, -1] = 1
     """-1 where the column has the other positive direction than the channel."""
-    gain: float = 1.0
-    """Unit per unit of the column."""
+    gain: float = Field(default=1.0, gt=0.0)
+    """Unit per unit of the column; ``sign: -1`` reverses it."""
     offset: float = 0.0
     """[unit] added after the gain."""
     axes: str = ""
@@ -64,13 +64,6 @@ class Sensor(Record):
             raise ValueError(f"unknown unit {unit!r}: {did_you_mean(unit, [*UNITS, *FURTHER_UNITS])}")
         return unit
 
-    @field_validator("gain")
-    @classmethod
-    def _gain(cls, gain: float) -> float:
-        if gain <= 0.0:
-            raise ValueError(f"the gain must be above zero, found {gain:g}; sign: -1 reverses a column")
-        return gain
-
 
 class TimeStamps(Record):
     """How a file gives its times."""
@@ -86,32 +79,28 @@ class TimeStamps(Record):
     name: str | None = None
     """Date in the name of the file, in the codes of ``strptime``: ``swift_%Y%m%d_%H%M.csv``."""
 
+    @property
+    def time_zone(self) -> tzinfo | None:
+        """The time zone."""
+        if self.zone.startswith(("+", "-")):
+            return datetime.fromisoformat(f"2000-01-01T00:00{self.zone}").tzinfo
+        return ZoneInfo(self.zone)
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.column is None and self.name is None:
             raise ValueError("give the column of the time stamps, or name: the date in the name of the file")
         if self.name is not None and self.column is not None and self.form != "seconds":
             raise ValueError(f"name: the column {self.column!r} has dates of its own; leave name out, or form: seconds")
-        self.time_zone()
-        return self
-
-    def time_zone(self) -> tzinfo:
-        """The time zone."""
-        if self.zone[:1] in "+-" and self.zone:
-            try:
-                hours, minutes = map(int, self.zone[1:].split(":"))
-                shift = timedelta(hours=hours, minutes=minutes)
-                return timezone(-shift if self.zone[0] == "-" else shift)
-            except ValueError:
-                raise ValueError(f"zone must be such as +01:00, found {self.zone!r}") from None
         try:
-            return ZoneInfo(self.zone)
+            _ = self.time_zone
         except (KeyError, ValueError, OSError):  # KeyError: not in the time zone database
-            raise ValueError(f"no time zone {self.zone!r}; give UTC, +01:00 or a name such as Europe/Berlin") from None
+            raise ValueError(f"no time zone {self.zone!r}; give UTC, one such as +01:00, or Europe/Berlin") from None
+        return self
 
     def posix(self, moment: datetime) -> float:
         """[s] since 1970 of a moment; one without zone is in that of the logger."""
-        return (moment if moment.tzinfo else moment.replace(tzinfo=self.time_zone())).timestamp()
+        return (moment if moment.tzinfo else moment.replace(tzinfo=self.time_zone)).timestamp()
 
 
 class Logger(Record):
@@ -125,34 +114,32 @@ class Logger(Record):
     missing: tuple[float, ...] = ()
     """Values that stand for a missing sample, such as -9999."""
     channels: dict[str, Sensor]
-    """Sensors by channel: meltemi's or OpenFAST's name, or any name for a quantity of the mast."""
+    """Sensors by channel: meltemi's or OpenFAST's name, which becomes meltemi's, or any name for one of the mast."""
 
-    @property
-    def sensors(self) -> dict[str, Sensor]:
-        """Sensors by meltemi's names."""
-        known = {name: known_channel(name) for name in self.channels}
-        return {(c.name if (c := known[name]) else name): sensor for name, sensor in self.channels.items()}
+    @field_validator("channels")
+    @classmethod
+    def _known(cls, channels: dict[str, Sensor]) -> dict[str, Sensor]:
+        known: dict[str, Sensor] = {}
+        for name, sensor in channels.items():
+            channel, unit = known_channel(name), sensor.si[0]
+            known[channel.name if channel else name] = sensor
+            if channel is None and sensor.kind in ("gauge", "power", "rpm", "position"):
+                names = [known for c in every_kind().values() for known in c.names]
+                raise ValueError(f"no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")
+            if channel and unit != channel.unit and not (unit in ("mV/V", "V") and sensor.kind == "gauge"):
+                raise ValueError(
+                    f"{name}: unit {sensor.unit} of column {sensor.column!r}, but {channel.name} is in "
+                    f"{channel.display_unit[0]}; correct the unit, or the name of the channel"
+                )
+            if channel and sensor.axes and sensor.axes != channel.frame:
+                raise ValueError(
+                    f"{name}: column {sensor.column!r} is in {sensor.axes}, but {channel.name} is in "
+                    f"{channel.frame}; choose the channel of those axes"
+                )
+        return known
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        for name, sensor in self.channels.items():
-            channel, unit = known_channel(name), sensor.si[0]
-            if channel is None and sensor.kind in ("gauge", "power", "rpm", "position"):
-                names = [known for c in every_kind().values() for known in c.names]
-                raise ValueError(f"channels: no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")
-            if channel is None:
-                continue
-            raw = unit in ("mV/V", "V") and sensor.kind == "gauge"
-            if unit != channel.unit and not raw:
-                raise ValueError(
-                    f"channels.{name}: unit {sensor.unit} of column {sensor.column!r}, but {channel.name} is in "
-                    f"{channel.display_unit[0]}; correct the unit, or the name of the channel"
-                )
-            if sensor.axes and sensor.axes != channel.frame:
-                raise ValueError(
-                    f"channels.{name}: column {sensor.column!r} is in {sensor.axes}, but {channel.name} is in "
-                    f"{channel.frame}; choose the channel of those axes"
-                )
         if self.time.column is None and self.rate is None:
             raise ValueError("files without a column of times need the sampling rate")
         return self
@@ -177,9 +164,7 @@ class ChannelMap(Record):
 
     def sensors(self) -> Iterator[tuple[str, str, Sensor]]:
         """Channel, logger and sensor of all columns."""
-        for key, logger in self.loggers.items():
-            for name, sensor in logger.sensors.items():
-                yield name, key, sensor
+        return ((name, key, s) for key, logger in self.loggers.items() for name, s in logger.channels.items())
 
     def sensor(self, name: str) -> Sensor | None:
         """The first sensor of a channel."""

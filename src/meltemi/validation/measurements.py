@@ -1,4 +1,4 @@
-"""Measurements of all loggers on one time axis, in SI units, and their records of ten minutes.
+"""Measurements of all loggers in SI units, and their records of ten minutes.
 
 Nothing is repaired: rows keep their order, a missing sample is NaN, and what is wrong is an issue in a list.
 """
@@ -6,11 +6,12 @@ Nothing is repaired: rows keep their order, a missing sample is NaN, and what is
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import datetime
+from itertools import pairwise
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,15 +19,13 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
 from meltemi.core.shown import Brief
 from meltemi.postprocess.bins import TEN_MINUTES
-from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, TimeStamps
+from meltemi.validation.channel_map import ChannelMap, Logger, TimeStamps
 from meltemi.validation.issues import DataIssue
-from meltemi.validation.tables_in_files import Columns, columns_of_frame, read_columns_of
+from meltemi.validation.tables_in_files import NUMBER, Columns, columns_of_frame, read_columns_of
 
 Float = NDArray[np.float64]
-DATENUM_1970 = 719529.0
-"""MATLAB's day number of 1970-01-01."""
-DAY = 86400.0
-"""[s]."""
+DATENUM_1970, DAY = 719529.0, 86400.0
+"""MATLAB's day number of 1970-01-01; [s]."""
 
 
 @dataclass(frozen=True)
@@ -36,30 +35,23 @@ class Signal:
     Attributes:
       time: (T,) [s] since 1970, begin of the period of each sample.
       values: (T,) SI, NaN where a sample is missing.
+      rate: [Hz].
     """
 
     time: Float = field(repr=False)
     values: Float = field(repr=False)
+    rate: float
 
     @property
     def finite(self) -> Float:
         """Values that are there."""
         return self.values[np.isfinite(self.values)]
 
-    @property
-    def missing(self) -> int:
-        """Number of samples without a value."""
-        return int(np.sum(~np.isfinite(self.values)))
-
-    def statistics(self) -> dict[str, float]:
-        """Mean, standard deviation (divided by n), minimum and maximum of the samples that are there, SI."""
-        x = self.finite
-        return {of: float(getattr(x, of)()) if len(x) else np.nan for of in ("mean", "std", "min", "max")}
-
     def between(self, begin: float, end: float) -> Signal:
-        """Samples from ``begin``, included, to ``end``, excluded [s]."""
-        inside = (self.time >= begin) & (self.time < end)
-        return Signal(self.time[inside], self.values[inside])
+        """Samples from ``begin``, included, to ``end``, excluded [s]; stamps are rounded by a quarter of a sample."""
+        late = self.time + 0.25 / self.rate
+        inside = (late >= begin) & (late < end)
+        return Signal(self.time[inside], self.values[inside], self.rate)
 
 
 @dataclass(frozen=True)
@@ -71,8 +63,7 @@ class LoggerSeries:
       rate: [Hz].
       time: (T,) [s] since 1970, as in the files: gaps and duplicates included.
       values: (T,) SI by channel.
-      files: names of its files.
-      first: rows at which they begin.
+      files, first: names of its files, and the rows at which they begin.
     """
 
     name: str
@@ -82,25 +73,27 @@ class LoggerSeries:
     files: tuple[str, ...]
     first: tuple[int, ...]
 
+    def __getitem__(self, name: str) -> Signal:
+        return Signal(self.time, self.values[name], self.rate)
+
     def place(self, row: int) -> tuple[str, int]:
         """File of a row, and the row in it, counted from 0."""
         i = int(np.searchsorted(self.first, row, side="right")) - 1
         return self.files[i], row - self.first[i]
 
-    def spans(self, length: float) -> Iterator[tuple[str, float, float, bool]]:
-        """Files that are a record of ``length`` [s], and runs of others: name, begin, end [s], whether it is one."""
-        run: tuple[str, float, float, bool] | None = None
-        for name, first, last in zip(self.files, self.first, (*self.first[1:], len(self.time)), strict=True):
-            if first == last:
-                continue
-            begin, end = float(np.min(self.time[first:last])), float(np.max(self.time[first:last])) + 1.0 / self.rate
-            whole = 0.5 * length <= end - begin <= length + 1.5 / self.rate
-            if run and not whole and not run[3] and begin - run[2] < 0.6 / self.rate:
-                run = run[0], run[1], end, False
-            else:
-                yield from [run] if run else []
-                run = name, begin, end, whole
-        yield from [run] if run else []
+    def issue(self, kind: str, channel: str, text: str, begin: int = 0, end: int | None = None) -> DataIssue:
+        """An issue of some rows, or of all."""
+        n = (len(self.time) if end is None else end) - begin
+        return DataIssue(kind, self.place(begin)[0], channel, float(self.time[begin]), n / self.rate, n, text)
+
+    def begins(self, length: float) -> Float:
+        """(T,) [s] begin of the record to which a row belongs: its file's if that is a record, or a whole multiple."""
+        begins = np.floor((self.time + 0.25 / self.rate) / length) * length
+        for first, end in pairwise((*self.first, len(self.time))):
+            time = self.time[first:end]
+            if len(time) and 0.5 * length <= np.ptp(time) + 1.0 / self.rate <= length + 1.5 / self.rate:
+                begins[first:end] = time.min()
+        return begins
 
 
 @dataclass(frozen=True)
@@ -109,16 +102,14 @@ class MeasuredRecord:
 
     Attributes:
       begin, length: [s] since 1970 and duration.
-      file: name of the file of the first logger, or of the first one of a run.
+      file: name of the first logger's file in which it begins.
       signals: by channel.
-      rates: [Hz] by channel.
     """
 
     begin: float
     length: float
     file: str
     signals: Mapping[str, Signal] = field(repr=False)
-    rates: Mapping[str, float] = field(repr=False)
 
     def __getitem__(self, name: str) -> Signal:
         if name not in self.signals:
@@ -127,7 +118,7 @@ class MeasuredRecord:
 
     def completeness(self, name: str) -> float:
         """Share of the samples of the period that are there, at most 1."""
-        return min(len(self[name].finite) / max(round(self.length * self.rates[name]), 1), 1.0)
+        return min(len(self[name].finite) / max(round(self.length * self[name].rate), 1), 1.0)
 
 
 @dataclass(frozen=True, repr=False)
@@ -144,47 +135,29 @@ class Measurements(Brief):
     loggers: tuple[LoggerSeries, ...]
     issues: tuple[DataIssue, ...] = ()
 
-    def signals(self, name: str) -> list[tuple[LoggerSeries, Signal]]:
-        """A channel of all loggers that have it.
+    def having(self, name: str) -> list[LoggerSeries]:
+        """Loggers that have a channel."""
+        return [series for series in self.loggers if name in series.values]
 
-        Raises:
-          UnknownNameError: no logger has it.
-        """
-        present = [(s, Signal(s.time, s.values[name])) for s in self.loggers if name in s.values]
-        if not present:
-            names = {known for s in self.loggers for known in s.values}
-            raise UnknownNameError(f"no channel {name!r} in the measurements: {did_you_mean(name, names)}")
-        return present
-
-    def with_issues(self, issues: Sequence[DataIssue]) -> Self:
+    def with_issues(self, issues: Sequence[DataIssue]) -> Measurements:
         """The measurements with further issues."""
-        return type(self)(self.channels, self.loggers, (*self.issues, *issues))
+        return replace(self, issues=(*self.issues, *issues))
 
     def records(self, length: float = TEN_MINUTES) -> list[MeasuredRecord]:
         """Records of this length [s].
 
-        A file of the first logger of half of this length up to it is a record with all its samples. Longer files, and
-        shorter ones that follow each other, are cut at whole multiples of the length (UTC); pieces of less than half of
-        it are left out.
+        A file of the first logger of half of this length up to it is a record with all its samples. Longer and shorter
+        files are cut, or joined, at whole multiples of the length (UTC); what has less than half of it is left out.
         """
-        records = []
-        for name, begin, end, whole in self.loggers[0].spans(length):
-            edges = np.arange(np.floor(begin / length + 1e-9), np.ceil(end / length)) * length
-            for low, high in [(begin, end)] if whole else [(float(edge), float(edge) + length) for edge in edges]:
-                if min(high, end) - max(low, begin) >= 0.5 * length:
-                    records.append(self._record(low, high, length, name))
+        leader, records = self.loggers[0], []
+        begins = leader.begins(length)
+        for begin in np.unique(begins).tolist():
+            rows = np.flatnonzero(begins == begin)
+            if len(rows) >= 0.5 * length * leader.rate:
+                end = float(leader.time[rows].max()) + 1.0 / leader.rate
+                signals = {name: s[name].between(begin, end) for s in reversed(self.loggers) for name in s.values}
+                records.append(MeasuredRecord(begin, length, leader.place(int(rows[0]))[0], signals))
         return records
-
-    def _record(self, begin: float, end: float, length: float, file: str) -> MeasuredRecord:
-        signals: dict[str, Signal] = {}
-        rates: dict[str, float] = {}
-        for series in self.loggers:
-            edge = 0.25 / series.rate  # stamps are rounded
-            for name, values in series.values.items():
-                if name not in signals:
-                    signals[name] = Signal(series.time, values).between(begin - edge, end - edge)
-                    rates[name] = series.rate
-        return MeasuredRecord(begin, length, file, signals, rates)
 
 
 def read_measurements(folder: str | Path, channels: ChannelMap) -> Measurements:
@@ -200,11 +173,9 @@ def read_measurements(folder: str | Path, channels: ChannelMap) -> Measurements:
     for key, logger in channels.loggers.items():
         paths = [folder] if folder.is_file() else sorted(path for path in folder.glob(logger.files) if path.is_file())
         if not paths:
-            others = sorted(path.name for path in folder.iterdir())[:3]
-            raise InputError(
-                f"{folder}: no file {logger.files!r} of logger {key!r}; it has {', '.join(others) or 'no files'}"
-            )
-        loggers.append(_series(key, logger, [(path.name, read_columns_of(path)) for path in paths]))
+            others = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
+            raise InputError(f"{folder}: no file {logger.files!r} of logger {key!r}; it has {others or 'no files'}")
+        loggers.append(_series(key, logger, {path.name: read_columns_of(path) for path in paths}))
     return Measurements(channels, tuple(loggers))
 
 
@@ -220,39 +191,32 @@ def measurements_of(frames: Mapping[str, Any], channels: ChannelMap) -> Measurem
             raise InputError(f"measurements: no table of logger {key!r}: {did_you_mean(key, frames)}")
         table = frames[key]
         columns = {k: np.asarray(x) for k, x in table.items()} if isinstance(table, dict) else columns_of_frame(table)
-        loggers.append(_series(key, logger, [(key, columns)]))
+        loggers.append(_series(key, logger, {key: columns}))
     return Measurements(channels, tuple(loggers))
 
 
-def _series(key: str, logger: Logger, tables: Sequence[tuple[str, Columns]]) -> LoggerSeries:
+def _series(key: str, logger: Logger, files: Mapping[str, Columns]) -> LoggerSeries:
     """All rows of a logger; its files are in the order of their first stamps."""
-    parts, sensors = [], logger.sensors
-    for file, columns in tables:
-        values = {name: _values(file, columns, name, s, logger) for name, s in sensors.items()}
-        lengths = {name: len(x) for name, x in values.items()}
-        n = next(iter(lengths.values()), 0)
-        for name, length in lengths.items():
-            if length != n:
-                raise InputError(
-                    f"{file}: column {sensors[name].column!r} has {length} samples, the first one has {n}; "
-                    "columns of another rate belong to a logger of their own"
-                )
-        parts.append((file, *_times(file, columns, logger, n), values))
-    rates = [rate for _, _, rate, _ in parts if np.isfinite(rate)]
-    if not rates:
-        raise InputError(
-            f"{parts[0][0]}: the sampling rate cannot be seen from one sample; give the rate of the logger"
-        )
-    rate = float(np.median(rates))
-    if different := [f"{file} has {r:g} Hz" for file, _, r, _ in parts if abs(r / rate - 1.0) > 0.01]:
-        raise InputError(
-            f"logger {key!r}: {different[0]}, other files {rate:g} Hz; put them into a logger of their own"
-        )
-    parts.sort(key=lambda part: float(part[1][0]) if len(part[1]) else np.inf)
-    first = np.concatenate([[0], np.cumsum([len(part[1]) for part in parts])[:-1]]).astype(int)
-    joined = {name: np.concatenate([part[3][name] for part in parts]) for name in sensors}
-    time = np.concatenate([part[1] for part in parts])
-    return LoggerSeries(key, rate, time, joined, tuple(part[0] for part in parts), tuple(int(i) for i in first))
+    values = {file: _values(file, columns, logger) for file, columns in files.items()}
+    times = {file: _times(file, files[file], logger, len(next(iter(x.values())))) for file, x in values.items()}
+    steps = {file: step[step > 0.0] for file, time in times.items() if np.any((step := np.diff(time)) > 0.0)}
+    if not steps and not logger.rate:
+        raise InputError(f"{next(iter(files))}: the sampling rate cannot be seen from one sample; give rate")
+    rate = logger.rate or 1.0 / float(np.median(np.concatenate(list(steps.values()))))
+    for file, step in steps.items():
+        if abs((seen := 1.0 / float(np.median(step))) / rate - 1.0) > 0.01:
+            source = "the channel map" if logger.rate else "other files"
+            raise InputError(
+                f"{file}: its time stamps have {seen:.4g} Hz, {source} {rate:g} Hz; correct the rate, or put the file "
+                "into a logger of its own"
+            )
+    if logger.time.stamp == "end":  # of the file for the date in its name, of each sample otherwise
+        times = {file: t - (len(t) if logger.time.name else 1.0) / rate for file, t in times.items()}
+    order = sorted(files, key=lambda file: times[file][0] if len(times[file]) else np.inf)
+    first = np.cumsum([0, *(len(times[file]) for file in order)])[:-1]
+    joined = {name: np.concatenate([values[file][name] for file in order]) for name in logger.channels}
+    time = np.concatenate([times[file] for file in order])
+    return LoggerSeries(key, rate, time, joined, tuple(order), tuple(first.tolist()))
 
 
 def _column(file: str, columns: Columns, name: str, what: str) -> NDArray[Any]:
@@ -265,52 +229,51 @@ def _column(file: str, columns: Columns, name: str, what: str) -> NDArray[Any]:
     return columns[name if name in columns else short[name]]
 
 
-def _values(file: str, columns: Columns, name: str, sensor: Sensor, logger: Logger) -> Float:
-    raw = _column(file, columns, sensor.column, name)
-    if raw.dtype.kind not in "fiub":
-        raise InputError(f"{file}: column {sensor.column!r} of {name}: expected numbers, found {str(raw[:1])[1:-1]}")
-    x = raw.astype(float)
-    x = np.where(np.isin(x, logger.missing) | ~np.isfinite(x), np.nan, x)
-    return np.asarray(sensor.sign * (sensor.gain * x + sensor.offset) * sensor.si[1])
+def _values(file: str, columns: Columns, logger: Logger) -> dict[str, Float]:
+    """SI values by channel."""
+    values: dict[str, Float] = {}
+    for name, sensor in logger.channels.items():
+        raw = _column(file, columns, sensor.column, name)
+        if raw.dtype.kind not in "fiub":
+            bad = next((text for text in map(str, raw.tolist()) if not NUMBER.fullmatch(text) and text != "nan"), "")
+            raise InputError(f"{file}: column {sensor.column!r} of {name}: expected numbers, found {bad[:40]!r}")
+        x = np.where(np.isin(raw, logger.missing) | ~np.isfinite(raw), np.nan, raw)
+        values[name] = sensor.sign * (sensor.gain * x + sensor.offset) * sensor.si[1]
+        if len(x) != (n := len(next(iter(values.values())))):
+            raise InputError(
+                f"{file}: column {sensor.column!r} has {len(x)} samples, the first one has {n}; columns of another "
+                "rate belong to a logger of their own"
+            )
+    return values
 
 
-def _times(file: str, columns: Columns, logger: Logger, n: int) -> tuple[Float, float]:
-    """[s] since 1970 of the begin of each sample, and the sampling rate [Hz]."""
+def _times(file: str, columns: Columns, logger: Logger, n: int) -> Float:
+    """(n,) [s] since 1970, as stamped."""
     stamps = logger.time
-    column = None if stamps.column is None else _column(file, columns, stamps.column, "the time")
-    time = np.arange(n) / (logger.rate or 1.0) if column is None else _numbers(file, column, stamps)
-    if not np.all(np.isfinite(time)):
-        row = int(np.flatnonzero(~np.isfinite(time))[0])
-        raise InputError(f"{file}: column {stamps.column!r}: row {row + 1} of the numbers has no time; remove the row")
+    if stamps.column is None:
+        time = np.arange(n) / (logger.rate or 1.0)
+    else:
+        time = _numbers(file, _column(file, columns, stamps.column, "the time"), stamps)
     if len(time) != n:
         raise InputError(f"{file}: column {stamps.column!r} has {len(time)} times, the channels have {n} samples")
-    steps = np.diff(time)
-    seen = 1.0 / float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else np.nan
-    rate = logger.rate or seen
-    if abs(seen / rate - 1.0) > 0.01:
-        raise InputError(f"{file}: its time stamps have {seen:.4g} Hz, the channel map {rate:g} Hz; correct the rate")
-    in_name = 0.0
-    if stamps.name is not None:
-        try:
-            in_name = stamps.posix(datetime.strptime(Path(file).name, stamps.name))
-        except ValueError:
-            raise InputError(f"{file}: its name has no date of the form {stamps.name!r}; correct time.name") from None
-    ended = 0.0
-    if stamps.stamp == "end":  # of the file for the date in its name, of each sample otherwise
-        ended = n / rate if stamps.name is not None else 1.0 / rate
-    return time + in_name - ended, rate
+    if not np.all(np.isfinite(time)):
+        row = int(np.argmin(np.isfinite(time)))
+        raise InputError(f"{file}: column {stamps.column!r}: row {row + 1} of the numbers has no time; remove the row")
+    if stamps.name is None:
+        return time
+    try:
+        return time + stamps.posix(datetime.strptime(Path(file).name, stamps.name))
+    except ValueError:
+        raise InputError(f"{file}: its name has no date of the form {stamps.name!r}; correct time.name") from None
 
 
 def _numbers(file: str, column: NDArray[Any], stamps: TimeStamps) -> Float:
-    if column.dtype.kind == "M":
-        return np.array([stamps.posix(each) for each in column.astype("M8[us]").tolist()])
-    if column.dtype.kind in "UOS":
+    """[s] of a column of dates, texts or numbers."""
+    if column.dtype.kind not in "fiu":
         try:
-            return np.array([stamps.posix(datetime.fromisoformat(str(each))) for each in column.tolist()])
+            return np.array([stamps.posix(datetime.fromisoformat(str(each))) for each in column])
         except ValueError as error:
-            raise InputError(
-                f"{file}: column {stamps.column!r}: not a date of ISO 8601 ({error}); see time.form"
-            ) from None
+            raise InputError(f"{file}: column {stamps.column!r}: not a date of ISO 8601 ({error})") from None
     if stamps.form == "iso":
         raise InputError(
             f"{file}: column {stamps.column!r}: expected dates such as 2024-05-01 12:00:00, found numbers; give "

@@ -5,26 +5,30 @@ Reference: docs/theory/validation.md (V-1 to V-3).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft
 from scipy.ndimage import median_filter
+from scipy.signal import correlate, correlation_lags
 
 from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
-from meltemi.validation.channel_map import ChannelMap, known_channel
+from meltemi.validation.channel_map import Sensor, known_channel
 from meltemi.validation.issues import DataIssue
-from meltemi.validation.measurements import LoggerSeries, Measurements, Signal
-
-Float = NDArray[np.float64]
+from meltemi.validation.measurements import Float, LoggerSeries, Measurements, Signal
 
 NORMAL = 1.4826
 """Standard deviation of a normal variable over its median absolute deviation."""
+WINDOW = 10.0
+"""[s] of the moving median."""
+FLOOR = 0.2
+"""Least deviation of a window over that of the whole series, so that steps of a display are no spikes."""
+JUMP = 0.5
+"""Share of a spike's distance that one sample covers, at its begin and at its end: gusts take longer."""
 PARTS = 8
 """Parts of a series whose lags give the interval of the lag."""
 SMOOTH = 9
@@ -40,16 +44,10 @@ HALF_HOUR = 1800.0
 class QualityRules(Record):
     """Limits of the rules for doubtful samples."""
 
-    spike_window: float = 10.0
-    """[s] of the moving median."""
     spike_deviations: float = 8.0
-    """Distance from the moving median, over the standard deviation by the moving median absolute deviation."""
-    spike_floor: float = 0.2
-    """Least standard deviation of this rule over that of the whole series, so that steps of a display do not count."""
+    """Distance from the moving median over the standard deviation."""
     spike_longest: float = 1.0
     """[s] above which an excursion is no spike."""
-    spike_jump: float = 0.5
-    """Share of the distance that must be covered in one sample, at its begin and at its end: gusts take longer."""
     stuck: float = 30.0
     """[s] for which a sensor must not be constant."""
     stuck_machine: float = 300.0
@@ -66,52 +64,52 @@ def inspected(measurements: Measurements, rules: QualityRules = RULES) -> Measur
     issues: list[DataIssue] = []
     for series in measurements.loggers:
         issues += _of_stamps(series)
-        for name, values in series.values.items():
-            sensor = measurements.channels.loggers[series.name].sensors[name]
-            label, kind = f"{name} ({sensor.column})", sensor.kind
-            issues += _runs(series, label, ~np.isfinite(values), "missing", "no value; excluded from statistics")
-            channel = known_channel(name)
-            if kind != "position" and not (channel and channel.wrap):
-                marked = spikes(values, series.rate, rules)
-                issues += _runs(series, label, marked, "spike", _spike_text(values, sensor.si[0], rules))
-                machine = kind in ("power", "rpm")
-                longest = rules.stuck_machine if machine else rules.stuck
-                still = stuck(values, series.rate, longest) & ~(machine & (values == 0.0))
-                text = f"constant for more than {longest:g} s; exclude the record, or give kind: position if it rests"
-                issues += _runs(series, label, still, "stuck", text)
+        for name, sensor in measurements.channels.loggers[series.name].channels.items():
+            issues += _of_samples(series, name, sensor, rules)
     return measurements.with_issues([*issues, *_of_clocks(measurements, rules)])
-
-
-def _runs(
-    series: LoggerSeries, label: str, marked: NDArray[np.bool_], kind: str, text: str | Callable[[slice], str]
-) -> Iterator[DataIssue]:
-    """An issue for each run of marked rows of a file, with a text or that of its rows."""
-    edge = np.zeros(len(marked) + 1, bool)
-    edge[1:-1] = marked[1:] != marked[:-1]
-    edge[list(series.first)] = edge[-1] = True
-    bounds = np.flatnonzero(edge)
-    for begin, end in pairwise(bounds):
-        if marked[begin]:
-            n, time = int(end - begin), float(series.time[begin])
-            words = text if isinstance(text, str) else text(slice(begin, end))
-            yield DataIssue(kind, series.place(int(begin))[0], label, time, n / series.rate, n, words)
 
 
 def _of_stamps(series: LoggerSeries) -> Iterator[DataIssue]:
     """Gaps, duplicated stamps and rows out of order."""
     step = np.diff(series.time) * series.rate
     for i in np.flatnonzero((step > 1.5) | (step < 0.5)):
-        lost = round(float(step[i])) - 1
-        (file, row), time = series.place(int(i) + 1), float(series.time[i])
+        (file, row), lost, seconds = series.place(int(i) + 1), round(float(step[i])) - 1, float(step[i]) / series.rate
         if step[i] > 1.5:
-            text = f"{lost} samples at {series.rate:g} Hz are missing before row {row + 1} of the file"
-            yield DataIssue("gap", file, "", time, float(step[i]) / series.rate, lost, text)
+            kind, text = "gap", f"{lost} samples at {series.rate:g} Hz are missing before row {row + 1} of the file"
         elif step[i] >= 0.0:
+            kind = "duplicate"
             text = "two rows have one time stamp; remove one of them, or correct rate and zone (end of summer time)"
-            yield DataIssue("duplicate", file, "", time, 0.0, 1, text)
         else:
-            text = f"time goes back by {-step[i] / series.rate:.4g} s; sort the rows, or correct zone and clock"
-            yield DataIssue("order", file, "", time, 0.0, 1, text)
+            kind, text = "order", f"time goes back by {-seconds:.4g} s; sort the rows, or correct zone and clock"
+        yield DataIssue(kind, file, "", float(series.time[i]), max(seconds, 0.0), max(lost, 1), text)
+
+
+def _of_samples(series: LoggerSeries, name: str, sensor: Sensor, rules: QualityRules) -> Iterator[DataIssue]:
+    """Missing samples, spikes and stuck sensors."""
+    x, channel, machine = series.values[name], known_channel(name), sensor.kind in ("power", "rpm")
+    marked = {"missing": ~np.isfinite(x)}
+    longest = rules.stuck_machine if machine else rules.stuck
+    if sensor.kind != "position" and not (channel and channel.wrap):
+        marked["spike"] = spikes(x, series.rate, rules)
+        marked["stuck"] = stuck(x, series.rate, longest) & ~(machine & (x == 0.0))
+    unit, factor = display(sensor.si[0])
+    texts = {
+        "missing": "no value; excluded from statistics",
+        "spike": f"{{:.4g}} {unit}, more than {rules.spike_deviations:g} deviations from the median of {WINDOW:g} s; "
+        "look at it, and exclude the record if it is no load",
+        "stuck": f"constant for more than {longest:g} s; exclude the record, or give kind: position if it rests",
+    }
+    for kind, each in marked.items():
+        for begin, end in runs(each, series.first):
+            text = texts[kind].format(x[(begin + end) // 2] * factor)
+            yield series.issue(kind, f"{name} ({sensor.column})", text, begin, end)
+
+
+def runs(marked: NDArray[np.bool_], breaks: Sequence[int] = ()) -> list[tuple[int, int]]:
+    """First row and row after the last one of each run of marked rows; runs end at breaks."""
+    edge = np.diff(np.concatenate([[False], marked, [False]]))
+    edge[list(breaks)] = True
+    return [(begin, end) for begin, end in pairwise(np.flatnonzero(edge).tolist()) if marked[begin]]
 
 
 def spikes(values: Float, rate: float, rules: QualityRules = RULES) -> NDArray[np.bool_]:
@@ -124,19 +122,16 @@ def spikes(values: Float, rate: float, rules: QualityRules = RULES) -> NDArray[n
     """
     there = np.flatnonzero(np.isfinite(values))
     marked = np.zeros(len(values), bool)
-    width = min(2 * round(0.5 * rules.spike_window * rate) + 1, 2 * (len(there) // 4) - 1)
+    width = min(2 * round(0.5 * WINDOW * rate) + 1, 2 * (len(there) // 4) - 1)
     if width < 5:
         return marked
     x = values[there]
-    middle = median_filter(x, width, mode="mirror")
-    distance = np.abs(x - middle)
-    least = rules.spike_floor * NORMAL * float(np.median(np.abs(x - np.median(x))))
-    deviation = np.maximum(
-        NORMAL * median_filter(distance, width, mode="mirror"), least + 1e-9 * float(np.abs(x).max())
-    )
+    distance = np.abs(x - median_filter(x, width, mode="mirror"))
+    least = FLOOR * NORMAL * float(np.median(np.abs(x - np.median(x)))) + 1e-9 * float(np.abs(x).max())
+    deviation = np.maximum(NORMAL * median_filter(distance, width, mode="mirror"), least)
     step = np.abs(np.diff(x, prepend=x[0], append=x[-1]))
-    for begin, end in _bounds(distance > rules.spike_deviations * deviation):
-        jump = rules.spike_jump * float(distance[begin:end].max())
+    for begin, end in runs(distance > rules.spike_deviations * deviation):
+        jump = JUMP * float(distance[begin:end].max())
         sharp = (begin == 0 or step[begin] >= jump) and (end == len(x) or step[end] >= jump)
         if sharp and end - begin <= max(rules.spike_longest * rate, 1.0):
             marked[there[begin:end]] = True
@@ -146,31 +141,10 @@ def spikes(values: Float, rate: float, rules: QualityRules = RULES) -> NDArray[n
 def stuck(values: Float, rate: float, longest: float) -> NDArray[np.bool_]:
     """(T,) samples of runs of equal values that last longer than ``longest`` [s] (V-2)."""
     marked = np.zeros(len(values), bool)
-    same = np.append(False, values[1:] == values[:-1])
-    for begin, end in _bounds(same):
+    for begin, end in runs(np.append(False, values[1:] == values[:-1])):
         if (end - begin + 1) / rate > longest:
             marked[begin - 1 : end] = True
     return marked
-
-
-def _bounds(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First row and row after the last one of each run."""
-    edge = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]).astype(int)))
-    return [(int(a), int(b)) for a, b in zip(edge[::2], edge[1::2], strict=True)]
-
-
-def _spike_text(values: Float, si_unit: str, rules: QualityRules) -> Callable[[slice], str]:
-    unit, factor = display(si_unit)
-    middle = float(np.median(values[np.isfinite(values)])) if np.isfinite(values).any() else 0.0
-
-    def text(rows: slice) -> str:
-        worst = max(values[rows], key=lambda x: abs(x - middle))
-        return (
-            f"{worst * factor:.4g} {unit}, more than {rules.spike_deviations:g} deviations from the "
-            f"median of {rules.spike_window:g} s; look at it, and exclude the record if it is no load"
-        )
-
-    return text
 
 
 def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> tuple[MeanEstimate, float]:
@@ -186,66 +160,51 @@ def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> 
       InputError: the series overlap by less than a minute.
     """
     a, b = (_on_grid(signal, rate) for signal in (reference, other))
-    lag, correlation = _lag(a, b, rate, longest)
-    # both on common times, after the lag, in parts
-    begin = max(a[0], b[0] - lag)
-    n = round((min(a[0] + len(a[1]) / rate, b[0] - lag + len(b[1]) / rate) - begin) * rate)
-    if n < 60.0 * rate:
-        raise InputError(f"clocks: the series overlap by {n / rate:.3g} s; a minute is needed")
-    size, near = n // PARTS, 20.0 / rate
-    i, j = round((begin - a[0]) * rate), round((begin + lag - b[0]) * rate)
-    rest = (j - i) / rate + b[0] - a[0]
-    parts = []
-    for k in range(PARTS):
-        one, two = a[1][i + k * size : i + (k + 1) * size], b[1][j + k * size : j + (k + 1) * size]
-        if min(len(one), len(two)) > 10 and np.std(one) > 0.0 and np.std(two) > 0.0:
-            parts.append(rest + _lag((0.0, one), (0.0, two), rate, near)[0])
-    return mean_interval(parts), correlation
+    lag, correlation = _lag(a, b, 0.0, longest)
+    edges = np.linspace(max(a.time[0], b.time[0] - lag), min(a.time[-1], b.time[-1] - lag), PARTS + 1)
+    if edges[-1] - edges[0] < 60.0:
+        raise InputError(f"clocks: the series overlap by {edges[-1] - edges[0]:.3g} s; a minute is needed")
+    parts = [(a.between(begin, end), b.between(begin + lag, end + lag)) for begin, end in pairwise(edges)]
+    lags = [_lag(x, y, lag, 20.0 / rate)[0] for x, y in parts if np.std(x.values) > 0.0 and np.std(y.values) > 0.0]
+    return mean_interval(lags), correlation
 
 
-def _on_grid(signal: Signal, rate: float) -> tuple[float, Float]:
-    """Begin [s] and smoothed values at equal times; missing ones are interpolated, here only."""
+def _on_grid(signal: Signal, rate: float) -> Signal:
+    """Smoothed values at equal times; missing ones are interpolated, here only."""
     order = np.argsort(signal.time, kind="stable")
     order = order[np.isfinite(signal.values[order])]
-    t, x = signal.time[order], signal.values[order]
-    if len(t) < 2:
+    if len(order) < 2:
         raise InputError("clocks: a channel of two loggers has no samples")
-    grid = np.arange(t[0], t[-1] + 0.5 / rate, 1.0 / rate)
-    smooth = np.hanning(SMOOTH + 2)[1:-1]
-    return float(t[0]), np.convolve(np.interp(grid, t, x), smooth / smooth.sum(), "same")
+    t = signal.time[order]
+    grid, smooth = np.arange(t[0], t[-1] + 0.5 / rate, 1.0 / rate), np.hanning(SMOOTH + 2)[1:-1]
+    values = np.interp(grid, t, signal.values[order])
+    return Signal(grid, np.convolve(values, smooth / smooth.sum(), "same"), rate)
 
 
-def _lag(a: tuple[float, Float], b: tuple[float, Float], rate: float, longest: float) -> tuple[float, float]:
+def _lag(a: Signal, b: Signal, near: float, within: float) -> tuple[float, float]:
     """[s] lag of the largest correlation, between samples by a parabola, and the correlation."""
-    (begin, x), (late, y) = a, b
-    x, y = x - x.mean(), y - y.mean()
-    size = next_fast_len(len(x) + len(y))
-
-    def at_lags(p: Float, q: Float) -> Float:
-        return np.asarray(irfft(np.conj(rfft(p, size)) * rfft(q, size), size))
-
-    power = at_lags(x * x, np.ones(len(y))) * at_lags(np.ones(len(x)), y * y)
-    common = at_lags(np.ones(len(x)), np.ones(len(y)))
-    shift = np.arange(size)
-    shift = np.where(shift < len(y), shift, shift - size)  # samples by which y is late in its array
-    lags = shift / rate + (late - begin)
-    allowed = (np.abs(lags) <= longest + 1e-6) & (common > max(0.25 * min(len(x), len(y)), 5.0))
-    r = np.where(allowed, at_lags(x, y) / np.sqrt(np.maximum(power, 1e-12 * power.max())), -np.inf)
+    x, y = a.values - a.values.mean(), b.values - b.values.mean()
+    pairs = ((x, y), (x * x, np.ones(len(y))), (np.ones(len(x)), y * y), (np.ones(len(x)), np.ones(len(y))))
+    product, power_x, power_y, common = (correlate(q, p, method="fft") for p, q in pairs)
+    lags = correlation_lags(len(y), len(x)) / a.rate + (b.time[0] - a.time[0])
+    allowed = (np.abs(lags - near) <= within + 1e-6) & (common > max(0.25 * min(len(x), len(y)), 5.0))
+    power = power_x * power_y
+    r = np.where(allowed, product / np.sqrt(np.maximum(power, 1e-12 * power.max())), -np.inf)
     k = int(np.argmax(r))
-    left, top, right = r[k - 1], r[k], r[(k + 1) % size]
+    left, top, right = np.append(r, -np.inf)[[k - 1, k, k + 1]]
     bend = left - 2.0 * top + right
     part = 0.5 * (left - right) / bend if np.isfinite(bend) and bend < 0.0 else 0.0
-    return float(lags[k] + part / rate), float(top)
+    return float(lags[k] + part / a.rate), float(top)
 
 
 def _of_clocks(measurements: Measurements, rules: QualityRules) -> Iterator[DataIssue]:
     """Lags between the loggers that share a channel."""
-    for name in shared_channels(measurements.channels):
-        for (one, a), (two, b) in combinations(measurements.signals(name), 2):
-            rate = min(one.rate, two.rate)
-            begin, longest = float(a.time[0]), rules.longest_lag
-            stretch = a.between(begin, begin + STRETCH), b.between(begin - longest, begin + STRETCH + longest)
-            lag, correlation = clock_lag(*stretch, rate, longest)
+    for name in sorted({name for series in measurements.loggers for name in series.values}):
+        for one, two in combinations(measurements.having(name), 2):
+            rate, longest, begin = min(one.rate, two.rate), rules.longest_lag, float(one.time[0])
+            a = one[name].between(begin, begin + STRETCH)
+            b = two[name].between(begin - longest, begin + STRETCH + longest)
+            lag, correlation = clock_lag(a, b, rate, longest)
             if correlation < CORRELATED:
                 text = f"correlation {correlation:.2f} with {one.name!r}: another quantity, or clocks further apart"
             elif abs(lag.mean) > max(lag.half_width, 0.5 / rate):
@@ -254,14 +213,8 @@ def _of_clocks(measurements: Measurements, rules: QualityRules) -> Iterator[Data
                 text = (
                     f"logger {two.name!r} is {abs(lag.mean):.4g} +/- {lag.half_width:.2g} s "
                     f"{'later' if lag.mean > 0.0 else 'earlier'} than {one.name!r} (correlation {correlation:.2f}); "
-                    + ("correct its zone or stamp" if zone else "correct its clock")
+                    f"correct its {'zone or stamp' if zone else 'clock'}"
                 )
             else:
                 continue
             yield DataIssue("clock", two.files[0], name, float(two.time[0]), abs(lag.mean), len(two.time), text)
-
-
-def shared_channels(channels: ChannelMap) -> list[str]:
-    """Channels that more than one logger has."""
-    names = [name for name, _, _ in channels.sensors()]
-    return sorted({name for name in names if names.count(name) > 1})
