@@ -146,7 +146,7 @@ def test_dates_in_names_of_files(stamp: str, shift: float, tmp_path: Path) -> No
     assert [r.file for r in records] == ["scada_20240501_1200.csv", "scada_20240501_1210.csv"]
     assert [len(r["wind_speed"].values) for r in records] == [N, N]
     write_csv(tmp_path / "other.csv", [str(k) for k in range(N)])
-    with pytest.raises(InputError, match=r"other.csv: its name has no date"):
+    with pytest.raises(InputError, match=r"other.csv: .*does not match format"):
         read_measurements(tmp_path, channel_map(stamps))
 
 
@@ -234,10 +234,10 @@ def test_wrong_names_and_stamps() -> None:
     with pytest.raises(InputError, match="no channel 'GenPwrr' for a power: did you mean 'GenPwr'"):
         ChannelMap(loggers={"a": {"time": {"column": "t"}, "channels": {"GenPwrr": sensor}}})
     for stamps, words in (
-        ({}, "give the column of the time stamps"),
+        ({"column": "t", "form": "seconds"}, "go together"),
         ({"column": "t", "zone": "Europe/Berlon"}, "no time zone"),
         ({"column": "t", "zone": "+1"}, r"such as \+01:00"),
-        ({"column": "t", "name": "%Y.csv"}, "dates of its own"),
+        ({"column": "t", "name": "%Y.csv"}, "go together"),
     ):
         with pytest.raises(InputError, match=words):
             TimeStamps(**stamps)
@@ -258,7 +258,7 @@ def test_wrong_files(tmp_path: Path) -> None:
         ("t,P,v\n2024-05-01T00:00,1,2\n", "a.csv: no column 'u' for wind_speed"),
         ("t,P,u\n2024-05-01T00:00,1\n", "expected 3 cells"),
         ("t,P,u\n2024-05-01T00:00,1,1\n2024-05-01T00:01,x,1\n", "column 'P' of generator_power: expected numbers, found 'x'"),
-        ("t,P,u\n2024-05-41T00:00,1,1\n", "column 't': not a date"),
+        ("t,P,u\n2024-05-41T00:00,1,1\n", "column 't'.*2024-05-41|day is out of range"),
         ("t,P,u\n1,1,1\n2,1,1\n", "expected dates such as .*form: posix"),
         ("t,P,u\n2024-05-01T00:00,1,1\n", "sampling rate cannot be seen"),
     ):
@@ -276,9 +276,9 @@ def test_wrong_files(tmp_path: Path) -> None:
 
 def test_columns_of_other_lengths_and_rates() -> None:
     given = channel_map({"column": "t", "form": "posix"})
-    with pytest.raises(InputError, match="column 'u' has 600 samples, the first one has 1200"):
+    with pytest.raises(InputError, match="column 'u' has 600 samples for 1200 times"):
         measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND[::2]}}, given)
-    with pytest.raises(InputError, match="column 't' has 600 times, the channels have 1200 samples"):
+    with pytest.raises(InputError, match="column 'P' has 1200 samples for 600 times"):
         measurements_of({"scada": {"t": TIME[::2], "P": POWER, "u": WIND}}, given)
     fast = given.content()
     fast["loggers"]["scada"]["rate"] = 50.0

@@ -18,8 +18,7 @@ from meltemi.postprocess.files.openfast import UNITS, si_unit
 from meltemi.simulation.channels import Channel, every_kind
 
 Kind = Literal["sonic", "cup", "vane", "gauge", "power", "rpm", "position", "acceleration", "other"]
-FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), "V": ("V", 1.0)}
-"""Units of measurements that result files do not have: SI unit and factor."""
+FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), "V": ("V", 1.0)}  # SI unit, factor
 
 
 @cache
@@ -68,8 +67,8 @@ class Sensor(Record):
 class TimeStamps(Record):
     """How a file gives its times."""
 
-    column: str | None = None
-    """Name of the column; without it samples follow each other at the rate of the logger from the begin in the name."""
+    column: str
+    """Name of the column."""
     form: Literal["iso", "posix", "matlab", "seconds"] = "iso"
     """ISO 8601 or dates; seconds since 1970; days of MATLAB's ``datenum``; seconds from the date in the name."""
     zone: str = "UTC"
@@ -77,7 +76,7 @@ class TimeStamps(Record):
     stamp: Literal["begin", "end"] = "begin"
     """Whether a stamp is the begin or the end of its period: that of a sample, or for one in the name, of the file."""
     name: str | None = None
-    """Date in the name of the file, in the codes of ``strptime``: ``swift_%Y%m%d_%H%M.csv``."""
+    """Date in the name of the file of ``seconds``, in the codes of ``strptime``: ``swift_%Y%m%d_%H%M.csv``."""
 
     @property
     def time_zone(self) -> tzinfo | None:
@@ -88,10 +87,8 @@ class TimeStamps(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.column is None and self.name is None:
-            raise ValueError("give the column of the time stamps, or name: the date in the name of the file")
-        if self.name is not None and self.column is not None and self.form != "seconds":
-            raise ValueError(f"name: the column {self.column!r} has dates of its own; leave name out, or form: seconds")
+        if (self.form == "seconds") != (self.name is not None):
+            raise ValueError("form: seconds and name, with the date from which they count, go together; give both")
         try:
             _ = self.time_zone
         except (KeyError, ValueError, OSError):  # KeyError: not in the time zone database
@@ -137,12 +134,6 @@ class Logger(Record):
                     f"{channel.frame}; choose the channel of those axes"
                 )
         return known
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.time.column is None and self.rate is None:
-            raise ValueError("files without a column of times need the sampling rate")
-        return self
 
 
 class ChannelMap(Record):

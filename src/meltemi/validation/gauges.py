@@ -27,22 +27,17 @@ from meltemi.validation.issues import moment
 from meltemi.validation.measurements import Float, MeasuredRecord
 from meltemi.validation.selection import rated_rotor_speed
 
-GRAVITY = Environment().gravity
-"""[m/s^2]."""
+GRAVITY = Environment().gravity  # [m/s^2]
 Use = Literal["all", "range"]
 """Of a calibrated gauge all statistics are compared; of another one its standard deviation and equivalent load only."""
 FLAP, EDGE = "root_moment_flap_{}", "root_moment_edge_{}"
 TOWER = ("tower_base_moment_fore_aft", "tower_base_moment_side_side")
-LEAST_RANGE = 0.1
-"""Standard deviation of a gravity moment over the largest of them that a gauge needs for zero and gain."""
-LEAST_APART = 0.05
-"""Least singular value of both moments, in the same measure, that is needed to separate crosstalk."""
-LEAST_SHARE = 0.5
-"""Share of the variance of the readings that gravity must explain."""
-LEAST_PARTS = 5
-"""Revolutions or parts of a sweep."""
-SLOW = 0.2
-"""Rotor speed over rated speed, up to which centrifugal loads are below a hundredth of the weight's."""
+LEAST_RANGE = 0.1  # standard deviation of a gravity moment over the largest one, for zero and gain of its gauge
+LEAST_APART = 0.05  # least singular value of both moments, in the same measure, to separate crosstalk
+LEAST_SHARE = 0.5  # of the variance of the readings that gravity must explain
+LEAST_PARTS = 5  # revolutions, or sectors of a yaw sweep
+SECTORS = 12  # of a yaw sweep, which are left out one at a time
+SLOW = 0.2  # rotor speed over rated speed, up to which centrifugal loads are below a hundredth of the weight's
 
 
 @dataclass(frozen=True)
@@ -88,10 +83,7 @@ def first_moment(turbine: Turbine) -> Float:
 def root_moments(turbine: Turbine, azimuth: Float, pitch: Float) -> Float:
     """(T, 2) flapwise and edgewise moment [N m] of a blade's weight at its root, in pitched blade axes (V-6, V-7).
 
-    Args:
-      turbine: its blade, precone and tilt.
-      azimuth: (T,) [rad] of this blade.
-      pitch: (T,) [rad].
+    Both angles (T,) [rad] are those of the blade.
     """
     tilt, cone = turbine.nacelle.tilt, turbine.hub.precone
     along, outward = GRAVITY * np.sin(tilt), -GRAVITY * np.cos(tilt) * np.cos(azimuth)
@@ -127,9 +119,8 @@ def calibrate(
 
     Args:
       channels: names of the gauges.
-      readings: (T, 2) in any unit, NaN where one is missing.
-      moments: (T, 2) [N m] of gravity.
-      parts: (T,) number of the revolution, or part of a sweep, of each sample.
+      readings, moments: (T, 2) in any unit, NaN where one is missing; [N m] of gravity.
+      parts: (T,) number of the revolution, or sector of a sweep, of each sample.
       date: [s] since 1970.
 
     Raises:
@@ -206,19 +197,14 @@ def calibrate_roots(records: Sequence[MeasuredRecord], turbine: Turbine, blade: 
     return calibrate(names, *map(np.concatenate, (readings, moments, parts)), date=records[0].begin)
 
 
-def calibrate_tower(record: MeasuredRecord, turbine: Turbine, sectors: int = 12) -> Calibration:
-    """Bending gauges of the tower base from a yaw sweep in low wind.
-
-    Args:
-      record: with both gauges and ``nacelle_yaw``.
-      turbine: its rotor and nacelle.
-      sectors: of a revolution, which are left out one at a time for the intervals.
+def calibrate_tower(record: MeasuredRecord, turbine: Turbine) -> Calibration:
+    """Bending gauges of the tower base from a yaw sweep in low wind, by both gauges and ``nacelle_yaw``.
 
     Raises:
       InputError: a channel is missing, the sweep is too short, or a sign is wrong.
     """
     s, yaw = _together(record, TOWER, ("nacelle_yaw",))
-    sector = np.floor(yaw / (2.0 * np.pi) * sectors).astype(np.intp)
+    sector = np.floor(yaw / (2.0 * np.pi) * SECTORS).astype(np.intp)
     return calibrate(TOWER, s, tower_moments(turbine, yaw), sector, record.begin)
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
+from meltemi.core.extras import need
 from meltemi.core.shown import Brief
 from meltemi.postprocess.bins import TEN_MINUTES
 from meltemi.validation.channel_map import ChannelMap, Logger, TimeStamps
@@ -24,8 +25,8 @@ from meltemi.validation.issues import DataIssue
 from meltemi.validation.tables_in_files import NUMBER, Columns, columns_of_frame, read_columns_of
 
 Float = NDArray[np.float64]
-DATENUM_1970, DAY = 719529.0, 86400.0
-"""MATLAB's day number of 1970-01-01; [s]."""
+DATENUM_1970 = 719529.0  # MATLAB's day number of 1970-01-01
+DAY = 86400.0  # [s]
 
 
 @dataclass(frozen=True)
@@ -197,9 +198,9 @@ def measurements_of(frames: Mapping[str, Any], channels: ChannelMap) -> Measurem
 
 def _series(key: str, logger: Logger, files: Mapping[str, Columns]) -> LoggerSeries:
     """All rows of a logger; its files are in the order of their first stamps."""
-    values = {file: _values(file, columns, logger) for file, columns in files.items()}
-    times = {file: _times(file, files[file], logger, len(next(iter(x.values())))) for file, x in values.items()}
-    steps = {file: step[step > 0.0] for file, time in times.items() if np.any((step := np.diff(time)) > 0.0)}
+    need("reading of measurements", "pandas")
+    tables = {file: _table(file, columns, logger) for file, columns in files.items()}
+    steps = {file: step[step > 0.0] for file, (time, _) in tables.items() if np.any((step := np.diff(time)) > 0.0)}
     if not steps and not logger.rate:
         raise InputError(f"{next(iter(files))}: the sampling rate cannot be seen from one sample; give rate")
     rate = logger.rate or 1.0 / float(np.median(np.concatenate(list(steps.values()))))
@@ -210,74 +211,57 @@ def _series(key: str, logger: Logger, files: Mapping[str, Columns]) -> LoggerSer
                 f"{file}: its time stamps have {seen:.4g} Hz, {source} {rate:g} Hz; correct the rate, or put the file "
                 "into a logger of its own"
             )
+    order = sorted(files, key=lambda file: tables[file][0][0] if len(tables[file][0]) else np.inf)
+    times, values = zip(*(tables[file] for file in order), strict=True)
     if logger.time.stamp == "end":  # of the file for the date in its name, of each sample otherwise
-        times = {file: t - (len(t) if logger.time.name else 1.0) / rate for file, t in times.items()}
-    order = sorted(files, key=lambda file: times[file][0] if len(times[file]) else np.inf)
-    first = np.cumsum([0, *(len(times[file]) for file in order)])[:-1]
-    joined = {name: np.concatenate([values[file][name] for file in order]) for name in logger.channels}
-    time = np.concatenate([times[file] for file in order])
-    return LoggerSeries(key, rate, time, joined, tuple(order), tuple(first.tolist()))
+        times = tuple(time - (len(time) if logger.time.name else 1.0) / rate for time in times)
+    first = np.cumsum([0, *map(len, times)])[:-1].tolist()
+    joined = {name: np.concatenate([of_file[name] for of_file in values]) for name in logger.channels}
+    return LoggerSeries(key, rate, np.concatenate(times), joined, tuple(order), tuple(first))
+
+
+def _table(file: str, columns: Columns, logger: Logger) -> tuple[Float, dict[str, Float]]:
+    """Times [s] since 1970, as stamped, and SI values by channel of a file."""
+    time, values = _times(file, _column(file, columns, logger.time.column, "the time"), logger.time), {}
+    for name, sensor in logger.channels.items():
+        raw = _column(file, columns, sensor.column, name)
+        if raw.dtype.kind not in "fiub":
+            bad = next((text for text in map(str, raw.tolist()) if not NUMBER.fullmatch(text) and text != "nan"), "")
+            raise InputError(f"{file}: column {sensor.column!r} of {name}: expected numbers, found {bad[:40]!r}")
+        if len(raw) != len(time):
+            raise InputError(
+                f"{file}: column {sensor.column!r} has {len(raw)} samples for {len(time)} times; columns of another "
+                "rate belong to a logger of their own"
+            )
+        x = np.where(np.isin(raw, logger.missing) | ~np.isfinite(raw), np.nan, raw)
+        values[name] = sensor.sign * (sensor.gain * x + sensor.offset) * sensor.si[1]
+    return time, values
 
 
 def _column(file: str, columns: Columns, name: str, what: str) -> NDArray[Any]:
     """A column by its name, with or without its unit in brackets."""
     short = {re.sub(r"\s*[\[(].*", "", key): key for key in columns}
     if name not in columns and name not in short:
-        raise InputError(
-            f"{file}: no column {name!r} for {what}: {did_you_mean(name, columns)}; correct the channel map"
-        )
+        hint = did_you_mean(name, columns)
+        raise InputError(f"{file}: no column {name!r} for {what}: {hint}; correct the channel map")
     return columns[name if name in columns else short[name]]
 
 
-def _values(file: str, columns: Columns, logger: Logger) -> dict[str, Float]:
-    """SI values by channel."""
-    values: dict[str, Float] = {}
-    for name, sensor in logger.channels.items():
-        raw = _column(file, columns, sensor.column, name)
-        if raw.dtype.kind not in "fiub":
-            bad = next((text for text in map(str, raw.tolist()) if not NUMBER.fullmatch(text) and text != "nan"), "")
-            raise InputError(f"{file}: column {sensor.column!r} of {name}: expected numbers, found {bad[:40]!r}")
-        x = np.where(np.isin(raw, logger.missing) | ~np.isfinite(raw), np.nan, raw)
-        values[name] = sensor.sign * (sensor.gain * x + sensor.offset) * sensor.si[1]
-        if len(x) != (n := len(next(iter(values.values())))):
-            raise InputError(
-                f"{file}: column {sensor.column!r} has {len(x)} samples, the first one has {n}; columns of another "
-                "rate belong to a logger of their own"
-            )
-    return values
-
-
-def _times(file: str, columns: Columns, logger: Logger, n: int) -> Float:
-    """(n,) [s] since 1970, as stamped."""
-    stamps = logger.time
-    if stamps.column is None:
-        time = np.arange(n) / (logger.rate or 1.0)
-    else:
-        time = _numbers(file, _column(file, columns, stamps.column, "the time"), stamps)
-    if len(time) != n:
-        raise InputError(f"{file}: column {stamps.column!r} has {len(time)} times, the channels have {n} samples")
-    if not np.all(np.isfinite(time)):
-        row = int(np.argmin(np.isfinite(time)))
-        raise InputError(f"{file}: column {stamps.column!r}: row {row + 1} of the numbers has no time; remove the row")
-    if stamps.name is None:
-        return time
-    try:
-        return time + stamps.posix(datetime.strptime(Path(file).name, stamps.name))
-    except ValueError:
-        raise InputError(f"{file}: its name has no date of the form {stamps.name!r}; correct time.name") from None
-
-
-def _numbers(file: str, column: NDArray[Any], stamps: TimeStamps) -> Float:
-    """[s] of a column of dates, texts or numbers."""
-    if column.dtype.kind not in "fiu":
-        try:
-            return np.array([stamps.posix(datetime.fromisoformat(str(each))) for each in column])
-        except ValueError as error:
-            raise InputError(f"{file}: column {stamps.column!r}: not a date of ISO 8601 ({error})") from None
-    if stamps.form == "iso":
+def _times(file: str, column: NDArray[Any], stamps: TimeStamps) -> Float:
+    """[s] since 1970 of a column of dates, texts or numbers."""
+    numbers = column.dtype.kind in "fiu"
+    if numbers and stamps.form == "iso":
         raise InputError(
             f"{file}: column {stamps.column!r}: expected dates such as 2024-05-01 12:00:00, found numbers; give "
             "time.form: posix, matlab or seconds"
         )
-    time = column.astype(float)
-    return (time - DATENUM_1970) * DAY if stamps.form == "matlab" else time
+    try:
+        dates = [] if numbers else [stamps.posix(datetime.fromisoformat(str(each))) for each in column]
+        begin = stamps.posix(datetime.strptime(Path(file).name, stamps.name)) if stamps.name else 0.0
+    except ValueError as error:
+        raise InputError(f"{file}: no date in column {stamps.column!r}, or in the name: {error}") from None
+    time = column.astype(float) if numbers else np.array(dates)
+    if not np.all(np.isfinite(time)):
+        row = int(np.argmin(np.isfinite(time)))
+        raise InputError(f"{file}: column {stamps.column!r}: row {row + 1} of the numbers has no time; remove the row")
+    return (time - DATENUM_1970) * DAY if stamps.form == "matlab" and numbers else time + begin

@@ -10,7 +10,6 @@ from itertools import combinations, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 from scipy.signal import correlate, correlation_lags
 
 from meltemi.core.errors import InputError
@@ -21,24 +20,15 @@ from meltemi.validation.channel_map import Sensor, known_channel
 from meltemi.validation.issues import DataIssue
 from meltemi.validation.measurements import Float, LoggerSeries, Measurements, Signal
 
-NORMAL = 1.4826
-"""Standard deviation of a normal variable over its median absolute deviation."""
-WINDOW = 10.0
-"""[s] of the moving median."""
-FLOOR = 0.2
-"""Least deviation of a window over that of the whole series, so that steps of a display are no spikes."""
-JUMP = 0.5
-"""Share of a spike's distance that one sample covers, at its begin and at its end: gusts take longer."""
-PARTS = 8
-"""Parts of a series whose lags give the interval of the lag."""
-SMOOTH = 9
-"""Samples over which series are smoothed before they are correlated, so that the peak is a parabola."""
-CORRELATED = 0.5
-"""Correlation of two loggers' records of one channel from which on their lag is known."""
-STRETCH = 4.0 * 3600.0
-"""[s] of a measurement, from its begin, by which clocks are compared."""
-HALF_HOUR = 1800.0
-"""[s] of which errors of time zones are multiples."""
+NORMAL = 1.4826  # standard deviation of a normal variable over its median absolute deviation
+WINDOW = 10.0  # [s] of the moving median
+FLOOR = 0.2  # least deviation of a window over that of the whole series, so that steps of a display are no spikes
+JUMP = 0.5  # share of a spike's distance that one sample covers, at its begin and at its end: gusts take longer
+PARTS = 8  # of a series, whose lags give the interval of the lag
+SMOOTH = 9  # samples over which series are smoothed before they are correlated, so that the peak is a parabola
+CORRELATED = 0.5  # correlation of two loggers' records of one channel from which on their lag is known
+STRETCH = 4.0 * 3600.0  # [s] of a measurement, from its begin, by which clocks are compared
+HALF_HOUR = 1800.0  # [s] of which errors of time zones are multiples
 
 
 class QualityRules(Record):
@@ -113,48 +103,36 @@ def runs(marked: NDArray[np.bool_], breaks: Sequence[int] = ()) -> list[tuple[in
 
 
 def spikes(values: Float, rate: float, rules: QualityRules = RULES) -> NDArray[np.bool_]:
-    """(T,) samples that are spikes: far from the moving median, and for a short time only (V-1).
+    """(T,) samples that are spikes: far from the moving median, and for a short time only (V-1); rate in Hz."""
+    import pandas as pd
 
-    Args:
-      values: (T,) samples, NaN where one is missing.
-      rate: [Hz].
-      rules: limits.
-    """
-    there = np.flatnonzero(np.isfinite(values))
     marked = np.zeros(len(values), bool)
-    width = min(2 * round(0.5 * WINDOW * rate) + 1, 2 * (len(there) // 4) - 1)
-    if width < 5:
+    if not np.isfinite(values).any():
         return marked
-    x = values[there]
-    distance = np.abs(x - median_filter(x, width, mode="mirror"))
-    least = FLOOR * NORMAL * float(np.median(np.abs(x - np.median(x)))) + 1e-9 * float(np.abs(x).max())
-    deviation = np.maximum(NORMAL * median_filter(distance, width, mode="mirror"), least)
-    step = np.abs(np.diff(x, prepend=x[0], append=x[-1]))
-    for begin, end in runs(distance > rules.spike_deviations * deviation):
-        jump = JUMP * float(distance[begin:end].max())
-        sharp = (begin == 0 or step[begin] >= jump) and (end == len(x) or step[end] >= jump)
-        if sharp and end - begin <= max(rules.spike_longest * rate, 1.0):
-            marked[there[begin:end]] = True
+    x, width = pd.Series(values), 2 * round(0.5 * WINDOW * rate) + 1
+    distance = (x - x.rolling(width, min_periods=5, center=True).median()).abs()
+    least = FLOOR * (x - x.median()).abs().median() + 1e-9 * x.abs().max()
+    deviation = NORMAL * distance.rolling(width, min_periods=5, center=True).median().clip(lower=least)
+    step = np.nan_to_num(np.abs(np.diff(values, prepend=np.nan, append=np.nan)), nan=np.inf)
+    for begin, end in runs((distance > rules.spike_deviations * deviation).to_numpy()):
+        sharp = min(step[begin], step[end]) >= JUMP * distance[begin:end].max()
+        marked[begin:end] = sharp and end - begin <= max(rules.spike_longest * rate, 1.0)
     return marked
 
 
 def stuck(values: Float, rate: float, longest: float) -> NDArray[np.bool_]:
-    """(T,) samples of runs of equal values that last longer than ``longest`` [s] (V-2)."""
-    marked = np.zeros(len(values), bool)
-    for begin, end in runs(np.append(False, values[1:] == values[:-1])):
-        if (end - begin + 1) / rate > longest:
-            marked[begin - 1 : end] = True
-    return marked
+    """(T,) samples of runs of equal values that last longer than ``longest`` [s] (V-2); rate in Hz."""
+    import pandas as pd
+
+    x = pd.Series(values)
+    run = (x != x.shift()).cumsum()
+    return np.asarray(x.groupby(run).transform("size") > longest * rate)
 
 
 def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> tuple[MeanEstimate, float]:
     """Time [s] by which the stamps of ``other`` are late, with its interval of 95 %, and the correlation (V-3).
 
-    Args:
-      reference: a channel by the one logger.
-      other: the same quantity by the other one.
-      rate: [Hz] of the slower one.
-      longest: [s] lag of either sign that is searched.
+    Both are compared at ``rate`` [Hz], with lags of either sign up to ``longest`` [s].
 
     Raises:
       InputError: the series overlap by less than a minute.

@@ -26,18 +26,14 @@ from meltemi.validation.issues import DataIssue, moment
 from meltemi.validation.measurements import MeasuredRecord
 
 Operation = Literal["production", "start", "stop", "idling", "parked", "fault"]
-TURBULENCE = (0.0, *(k / 100.0 for k in range(3, 31, 2)), np.inf)
-"""Edges of the bins of turbulence intensity: up to 3 %, 2 % each, above 29 %."""
-SPEED_LABELS = ("0-2.5", *(str(k) for k in range(3, 25)))
-"""[m/s] bins of wind speed: the first one, centres of the others."""
-TURBULENCE_LABELS = ("< 3", *(f"{k}-{k + 2}" for k in range(3, 29, 2)), "> 29")
-"""[%]."""
-BLOCK = 5.0
-"""[s] over which power is averaged, so that its noise about zero does not count."""
-LEAST_POWER, LEAST_SPEED = 0.01, 0.02
-"""Power over rated power above which the turbine produces; rotor speed over rated speed below which it is parked."""
-OVERSPEED, TRIP = 1.15, 0.25
-"""Rotor speed over rated speed, and loss of power within two seconds over rated power, that are faults."""
+TURBULENCE = (0.0, *(k / 100.0 for k in range(3, 31, 2)), np.inf)  # edges of bins: up to 3 %, 2 % each, above 29 %
+TURBULENCE_LABELS = ("< 3", *(f"{k}-{k + 2}" for k in range(3, 29, 2)), "> 29")  # [%]
+SPEED_LABELS = ("0-2.5", *(str(k) for k in range(3, 25)))  # [m/s] the first bin, centres of the others
+BLOCK = 5.0  # [s] over which power is averaged, so that its noise about zero does not count
+LEAST_POWER = 0.01  # power over rated power above which the turbine produces
+LEAST_SPEED = 0.02  # rotor speed over rated speed below which it is parked
+OVERSPEED = 1.15  # rotor speed over rated speed above which a record is a fault
+TRIP = 0.25  # loss of power within two seconds, over rated power, which is a fault if it ends in no production
 
 
 class SelectionRules(Record):
@@ -111,15 +107,9 @@ def select(
     issues: Sequence[DataIssue] = (),
     rules: SelectionRules = RULES,
 ) -> list[SelectedRecord]:
-    """Classify records, and reject those that are incomplete, doubtful or disturbed.
+    """Classify records, and reject those that are incomplete, doubtful (by ``issues``) or disturbed.
 
-    Args:
-      records: of the measurements.
-      turbine: for its rated power and speed.
-      wind: channel of the wind speed.
-      needed: channels besides wind, power and rotor speed that must be complete.
-      issues: of the measurements.
-      rules: limits.
+    Channels that must be complete are ``wind``, which has the wind speed, power, rotor speed and those ``needed``.
 
     Raises:
       InputError: a record has not a required channel.
