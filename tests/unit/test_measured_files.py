@@ -257,7 +257,7 @@ def test_wrong_files(tmp_path: Path) -> None:
         ("t,P,u\n", "no row of numbers"),
         ("t,P,v\n2024-05-01T00:00,1,2\n", "a.csv: no column 'u' for wind_speed"),
         ("t,P,u\n2024-05-01T00:00,1\n", "expected 3 cells"),
-        ("t,P,u\n2024-05-01T00:00,1,1\n2024-05-01T00:01,x,1\n", "column 'P' of generator_power: expected numbers, found 'x'"),
+        ("t,P,u\n2024-05-01T00:00,1,1\n2024-05-01T00:01,x,1\n", "'P' of generator_power: expected numbers, found 'x'"),
         ("t,P,u\n2024-05-41T00:00,1,1\n", "column 't'.*2024-05-41|day is out of range"),
         ("t,P,u\n1,1,1\n2,1,1\n", "expected dates such as .*form: posix"),
         ("t,P,u\n2024-05-01T00:00,1,1\n", "sampling rate cannot be seen"),

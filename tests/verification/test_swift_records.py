@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 import meltemi
+from comparisons.swift import map_of_the_guide, write_folder
 from meltemi.validation.channel_map import ChannelMap
-from meltemi.validation.measurements import Measurements, measurements_of
+from meltemi.validation.measurements import Measurements, measurements_of, read_measurements
 from meltemi.validation.plausibility import plausible
 from meltemi.validation.quality import inspected, spikes
 from meltemi.validation.selection import select
@@ -19,25 +21,14 @@ from meltemi.validation.selection import select
 pytestmark = pytest.mark.reference
 
 COLUMNS = {
-    "generator_power": ("generator_power", "kW", "power", 1e3),
-    "generator_torque": ("generator_torque", "N m", "other", 1.0),
-    "rotor_speed": ("rotor_speed", "rpm", "rpm", np.pi / 30.0),
-    "blade_root_flap_moment": ("root_moment_flap_1", "N m", "gauge", 1.0),
-    **{f"{c}_32m": (f"{c}_32m", "m/s", "sonic", 1.0) for c in "uvw"},
+    "generator_power": ("generator_power", 1e3),
+    "generator_torque": ("generator_torque", 1.0),
+    "rotor_speed": ("rotor_speed", np.pi / 30.0),
+    "blade_root_flap_moment": ("root_moment_flap_1", 1.0),
+    **{f"{c}_32m": (f"{c}_32m", 1.0) for c in "uvw"},
 }
-"""Channel, unit, instrument and factor to SI by column."""
-CHANNELS = ChannelMap(
-    loggers={
-        "swift": {
-            "time": {"column": "time", "form": "posix"},
-            "channels": {
-                channel: {"column": column, "unit": unit, "kind": kind}
-                for column, (channel, unit, kind, _) in COLUMNS.items()
-            },
-        }
-    },
-    wind="u_32m",
-)
+"""Channel and factor to SI by column."""
+CHANNELS = ChannelMap(**YAML(typ="safe").load(map_of_the_guide()))
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +40,21 @@ def folder(reference: Path) -> Path:
 
 def measured(path: Path) -> Measurements:
     with np.load(path) as file:
-        return inspected(measurements_of({"swift": dict(file)}, CHANNELS))
+        posix = CHANNELS.replace(**{"loggers.swift.time.form": "posix"})
+        return inspected(measurements_of({"swift": dict(file)}, posix))
+
+
+def test_a_folder_of_csv_files_has_the_same_records(folder: Path, tmp_path: Path) -> None:
+    paths = write_folder(folder / "records", tmp_path)
+    everything = inspected(read_measurements(tmp_path, CHANNELS))
+    records = everything.records()
+    assert [record.file for record in records] == [path.name for path in paths]
+    assert {issue.kind for issue in everything.issues} <= {"missing", "gap"}
+    for record in records:
+        (same,) = measured((folder / "records" / record.file).with_suffix(".npz")).records()
+        assert record["u_32m"].time - record.begin == pytest.approx(same["u_32m"].time, abs=1e-3)
+        for name, signal in same.signals.items():
+            assert record[name].values == pytest.approx(signal.values, rel=1e-7, nan_ok=True)
 
 
 def test_statistics_and_missing_samples(folder: Path) -> None:
@@ -59,7 +64,7 @@ def test_statistics_and_missing_samples(folder: Path) -> None:
     for path in paths:
         everything = measured(path)
         (record,) = everything.records()
-        for column, (channel, _, _, factor) in COLUMNS.items():
+        for column, (channel, factor) in COLUMNS.items():
             key = next(k for k in statistics[path.stem]["channels"] if k.startswith(f"{column}_["))
             theirs, signal = statistics[path.stem]["channels"][key], record[channel]
             assert len(signal.values) == statistics[path.stem]["samples"]

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.signal import correlate, correlation_lags
 
 from meltemi.core.errors import InputError
-from meltemi.core.record import Record
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.validation.channel_map import Sensor, known_channel
@@ -22,41 +21,28 @@ from meltemi.validation.measurements import Float, LoggerSeries, Measurements, S
 
 NORMAL = 1.4826  # standard deviation of a normal variable over its median absolute deviation
 WINDOW = 10.0  # [s] of the moving median
+DEVIATIONS = 8.0  # distance of a spike from the moving median over the standard deviation
+LONGEST = 1.0  # [s] above which an excursion is no spike
 FLOOR = 0.2  # least deviation of a window over that of the whole series, so that steps of a display are no spikes
 JUMP = 0.5  # share of a spike's distance that one sample covers, at its begin and at its end: gusts take longer
+STUCK = 30.0  # [s] for which a sensor must not be constant
+STUCK_MACHINE = 300.0  # [s] for power and rotor speed, which are displayed in steps and may be steady
 PARTS = 8  # of a series, whose lags give the interval of the lag
 SMOOTH = 9  # samples over which series are smoothed before they are correlated, so that the peak is a parabola
 CORRELATED = 0.5  # correlation of two loggers' records of one channel from which on their lag is known
 STRETCH = 4.0 * 3600.0  # [s] of a measurement, from its begin, by which clocks are compared
+LONGEST_LAG = 7200.0  # [s] of clocks
 HALF_HOUR = 1800.0  # [s] of which errors of time zones are multiples
 
 
-class QualityRules(Record):
-    """Limits of the rules for doubtful samples."""
-
-    spike_deviations: float = 8.0
-    """Distance from the moving median over the standard deviation."""
-    spike_longest: float = 1.0
-    """[s] above which an excursion is no spike."""
-    stuck: float = 30.0
-    """[s] for which a sensor must not be constant."""
-    stuck_machine: float = 300.0
-    """[s] for power and rotor speed, which are displayed in steps and may be steady."""
-    longest_lag: float = 7200.0
-    """[s] of clocks."""
-
-
-RULES = QualityRules()
-
-
-def inspected(measurements: Measurements, rules: QualityRules = RULES) -> Measurements:
+def inspected(measurements: Measurements) -> Measurements:
     """The measurements with the issues of their time stamps, samples and clocks; the data are unchanged."""
     issues: list[DataIssue] = []
     for series in measurements.loggers:
         issues += _of_stamps(series)
         for name, sensor in measurements.channels.loggers[series.name].channels.items():
-            issues += _of_samples(series, name, sensor, rules)
-    return measurements.with_issues([*issues, *_of_clocks(measurements, rules)])
+            issues += _of_samples(series, name, sensor)
+    return measurements.with_issues([*issues, *_of_clocks(measurements)])
 
 
 def _of_stamps(series: LoggerSeries) -> Iterator[DataIssue]:
@@ -74,18 +60,18 @@ def _of_stamps(series: LoggerSeries) -> Iterator[DataIssue]:
         yield DataIssue(kind, file, "", float(series.time[i]), max(seconds, 0.0), max(lost, 1), text)
 
 
-def _of_samples(series: LoggerSeries, name: str, sensor: Sensor, rules: QualityRules) -> Iterator[DataIssue]:
+def _of_samples(series: LoggerSeries, name: str, sensor: Sensor) -> Iterator[DataIssue]:
     """Missing samples, spikes and stuck sensors."""
     x, channel, machine = series.values[name], known_channel(name), sensor.kind in ("power", "rpm")
     marked = {"missing": ~np.isfinite(x)}
-    longest = rules.stuck_machine if machine else rules.stuck
+    longest = STUCK_MACHINE if machine else STUCK
     if sensor.kind != "position" and not (channel and channel.wrap):
-        marked["spike"] = spikes(x, series.rate, rules)
+        marked["spike"] = spikes(x, series.rate)
         marked["stuck"] = stuck(x, series.rate, longest) & ~(machine & (x == 0.0))
     unit, factor = display(sensor.si[0])
     texts = {
         "missing": "no value; excluded from statistics",
-        "spike": f"{{:.4g}} {unit}, more than {rules.spike_deviations:g} deviations from the median of {WINDOW:g} s; "
+        "spike": f"{{:.4g}} {unit}, more than {DEVIATIONS:g} deviations from the median of {WINDOW:g} s; "
         "look at it, and exclude the record if it is no load",
         "stuck": f"constant for more than {longest:g} s; exclude the record, or give kind: position if it rests",
     }
@@ -102,7 +88,7 @@ def runs(marked: NDArray[np.bool_], breaks: Sequence[int] = ()) -> list[tuple[in
     return [(begin, end) for begin, end in pairwise(np.flatnonzero(edge).tolist()) if marked[begin]]
 
 
-def spikes(values: Float, rate: float, rules: QualityRules = RULES) -> NDArray[np.bool_]:
+def spikes(values: Float, rate: float) -> NDArray[np.bool_]:
     """(T,) samples that are spikes: far from the moving median, and for a short time only (V-1); rate in Hz."""
     import pandas as pd
 
@@ -114,9 +100,9 @@ def spikes(values: Float, rate: float, rules: QualityRules = RULES) -> NDArray[n
     least = FLOOR * (x - x.median()).abs().median() + 1e-9 * x.abs().max()
     deviation = NORMAL * distance.rolling(width, min_periods=5, center=True).median().clip(lower=least)
     step = np.nan_to_num(np.abs(np.diff(values, prepend=np.nan, append=np.nan)), nan=np.inf)
-    for begin, end in runs((distance > rules.spike_deviations * deviation).to_numpy()):
+    for begin, end in runs((distance > DEVIATIONS * deviation).to_numpy()):
         sharp = min(step[begin], step[end]) >= JUMP * distance[begin:end].max()
-        marked[begin:end] = sharp and end - begin <= max(rules.spike_longest * rate, 1.0)
+        marked[begin:end] = sharp and end - begin <= max(LONGEST * rate, 1.0)
     return marked
 
 
@@ -175,24 +161,24 @@ def _lag(a: Signal, b: Signal, near: float, within: float) -> tuple[float, float
     return float(lags[k] + part / a.rate), float(top)
 
 
-def _of_clocks(measurements: Measurements, rules: QualityRules) -> Iterator[DataIssue]:
+def _of_clocks(measurements: Measurements) -> Iterator[DataIssue]:
     """Lags between the loggers that share a channel."""
     for name in sorted({name for series in measurements.loggers for name in series.values}):
         for one, two in combinations(measurements.having(name), 2):
-            rate, longest, begin = min(one.rate, two.rate), rules.longest_lag, float(one.time[0])
+            rate, begin = min(one.rate, two.rate), float(one.time[0])
             a = one[name].between(begin, begin + STRETCH)
-            b = two[name].between(begin - longest, begin + STRETCH + longest)
-            lag, correlation = clock_lag(a, b, rate, longest)
+            b = two[name].between(begin - LONGEST_LAG, begin + STRETCH + LONGEST_LAG)
+            lag, correlation = clock_lag(a, b, rate, LONGEST_LAG)
+            late, zone = abs(lag.mean), abs(lag.mean) % HALF_HOUR
             if correlation < CORRELATED:
                 text = f"correlation {correlation:.2f} with {one.name!r}: another quantity, or clocks further apart"
-            elif abs(lag.mean) > max(lag.half_width, 0.5 / rate):
-                halves = round(lag.mean / HALF_HOUR)
-                zone = halves and abs(lag.mean - halves * HALF_HOUR) < 60.0
+            elif late > max(lag.half_width, 0.5 / rate):
+                halves = late > 0.5 * HALF_HOUR and min(zone, HALF_HOUR - zone) < 60.0
                 text = (
-                    f"logger {two.name!r} is {abs(lag.mean):.4g} +/- {lag.half_width:.2g} s "
+                    f"logger {two.name!r} is {late:.4g} +/- {lag.half_width:.2g} s "
                     f"{'later' if lag.mean > 0.0 else 'earlier'} than {one.name!r} (correlation {correlation:.2f}); "
-                    f"correct its {'zone or stamp' if zone else 'clock'}"
+                    f"correct its {'zone or stamp' if halves else 'clock'}"
                 )
             else:
                 continue
-            yield DataIssue("clock", two.files[0], name, float(two.time[0]), abs(lag.mean), len(two.time), text)
+            yield DataIssue("clock", two.files[0], name, float(two.time[0]), late, len(two.time), text)
