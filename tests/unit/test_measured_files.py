@@ -210,8 +210,8 @@ def test_a_map_is_written_and_read(tmp_path: Path) -> None:
     first = channel_map({"column": "t"})
     write_record(first, tmp_path / "map.yaml")
     assert read_channel_map(tmp_path / "map.yaml") == first
-    sensor = first.sensor("wind_speed")
-    assert sensor is not None and sensor.upwind == 67.5 and first.sensor("rotor_speed") is None
+    sensors = {name: sensor for name, _, sensor in first.sensors()}
+    assert list(sensors) == ["generator_power", "wind_speed"] and sensors["wind_speed"].upwind == 67.5
 
 
 @pytest.mark.parametrize(

@@ -157,10 +157,6 @@ class ChannelMap(Record):
         """Channel, logger and sensor of all columns."""
         return ((name, key, s) for key, logger in self.loggers.items() for name, s in logger.channels.items())
 
-    def sensor(self, name: str) -> Sensor | None:
-        """The first sensor of a channel."""
-        return next((sensor for known, _, sensor in self.sensors() if known == name), None)
-
 
 def read_channel_map(path: str | Path) -> ChannelMap:
     """Read a channel map from a YAML file.

@@ -42,27 +42,17 @@ SLOW = 0.2  # rotor speed over rated speed, up to which centrifugal loads are be
 
 @dataclass(frozen=True)
 class Calibration:
-    """Zero and gain of two gauges with half-widths of their 95 % intervals.
-
-    Attributes:
-      channels: names of the gauges.
-      zero, zero_half: (2,) readings without load, in the unit of the readings.
-      gain, gain_half: (2, 2) C: moments [N m] per reading; crosstalk off the diagonal.
-      use: of each gauge.
-      parts: number of revolutions or parts of a sweep.
-      date: [s] since 1970.
-      notes: what could not be determined, and why.
-    """
+    """Zero and gain of two gauges with half-widths of their 95 % intervals."""
 
     channels: tuple[str, str]
-    zero: Float
+    zero: Float  # (2,) readings without load, in the unit of the readings
     zero_half: Float
-    gain: Float
+    gain: Float  # (2, 2) C: moments [N m] per reading; crosstalk off the diagonal
     gain_half: Float
-    use: tuple[Use, ...]
-    parts: int
-    date: float
-    notes: tuple[str, ...]
+    use: tuple[Use, ...]  # of each gauge
+    parts: int  # number of revolutions or sectors
+    date: float  # [s] since 1970
+    notes: tuple[str, ...]  # what could not be determined, and why
 
     def moments(self, readings: Float) -> Float:
         """(T, 2) moments [N m] of (T, 2) readings; NaN for gauges that are not calibrated."""

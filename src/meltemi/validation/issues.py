@@ -17,25 +17,15 @@ def moment(time: float) -> str:
 
 @dataclass(frozen=True)
 class DataIssue:
-    """One doubtful place in the data; the data are unchanged.
+    """One doubtful place in the data; the data are unchanged."""
 
-    Attributes:
-      kind: gap, missing, duplicate, order, spike, stuck, clock, unit, sign, turbine.
-      file: name of the file.
-      channel: channel and its column; empty for all of a file.
-      time: [s] since 1970 at which it begins.
-      duration: [s].
-      samples: how many are concerned.
-      text: what was expected, what is there, what to do.
-    """
-
-    kind: str
+    kind: str  # gap, missing, duplicate, order, spike, stuck, clock, unit, sign, turbine
     file: str
-    channel: str
-    time: float
-    duration: float
-    samples: int
-    text: str
+    channel: str  # and its column; empty for all of a file
+    time: float  # [s] since 1970 at which it begins
+    duration: float  # [s]
+    samples: int  # how many are concerned
+    text: str  # what was expected, what is there, what to do
 
     def __str__(self) -> str:
         return f"{self.file}: {f'{self.channel}: ' if self.channel else ''}{self.text}"

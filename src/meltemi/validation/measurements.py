@@ -31,17 +31,11 @@ DAY = 86400.0  # [s]
 
 @dataclass(frozen=True)
 class Signal:
-    """Samples of a channel.
+    """Samples of a channel."""
 
-    Attributes:
-      time: (T,) [s] since 1970, begin of the period of each sample.
-      values: (T,) SI, NaN where a sample is missing.
-      rate: [Hz].
-    """
-
-    time: Float = field(repr=False)
-    values: Float = field(repr=False)
-    rate: float
+    time: Float = field(repr=False)  # (T,) [s] since 1970, begin of the period of each sample
+    values: Float = field(repr=False)  # (T,) SI, NaN where a sample is missing
+    rate: float  # [Hz]
 
     @property
     def finite(self) -> Float:
@@ -57,22 +51,14 @@ class Signal:
 
 @dataclass(frozen=True)
 class LoggerSeries:
-    """All rows of a logger.
-
-    Attributes:
-      name: of the logger.
-      rate: [Hz].
-      time: (T,) [s] since 1970, as in the files: gaps and duplicates included.
-      values: (T,) SI by channel.
-      files, first: names of its files, and the rows at which they begin.
-    """
+    """All rows of a logger."""
 
     name: str
-    rate: float
-    time: Float = field(repr=False)
-    values: Mapping[str, Float] = field(repr=False)
+    rate: float  # [Hz]
+    time: Float = field(repr=False)  # (T,) [s] since 1970, as in the files: gaps and duplicates included
+    values: Mapping[str, Float] = field(repr=False)  # (T,) SI by channel
     files: tuple[str, ...]
-    first: tuple[int, ...]
+    first: tuple[int, ...]  # rows at which the files begin
 
     def __getitem__(self, name: str) -> Signal:
         return Signal(self.time, self.values[name], self.rate)
@@ -99,17 +85,11 @@ class LoggerSeries:
 
 @dataclass(frozen=True)
 class MeasuredRecord:
-    """Signals of one period.
+    """Signals of one period, by channel."""
 
-    Attributes:
-      begin, length: [s] since 1970 and duration.
-      file: name of the first logger's file in which it begins.
-      signals: by channel.
-    """
-
-    begin: float
-    length: float
-    file: str
+    begin: float  # [s] since 1970
+    length: float  # [s]
+    file: str  # of the first logger, in which it begins
     signals: Mapping[str, Signal] = field(repr=False)
 
     def __getitem__(self, name: str) -> Signal:
@@ -124,16 +104,10 @@ class MeasuredRecord:
 
 @dataclass(frozen=True, repr=False)
 class Measurements(Brief):
-    """Series of all loggers, with what is wrong in them.
-
-    Attributes:
-      channels: the channel map.
-      loggers: in the order of the map.
-      issues: see :mod:`meltemi.validation.issues`.
-    """
+    """Series of all loggers, with what is wrong in them."""
 
     channels: ChannelMap = field(repr=False)
-    loggers: tuple[LoggerSeries, ...]
+    loggers: tuple[LoggerSeries, ...]  # in the order of the map
     issues: tuple[DataIssue, ...] = ()
 
     def having(self, name: str) -> list[LoggerSeries]:

@@ -54,21 +54,13 @@ RULES = SelectionRules()
 
 @dataclass(frozen=True)
 class SelectedRecord:
-    """A record with its class, bin and, if it is rejected, the reason.
-
-    Attributes:
-      record: the record.
-      operation: its class; None if it cannot be seen.
-      wind_speed: [m/s] mean.
-      turbulence: standard deviation over mean of the wind speed [-].
-      rejected: reason; empty if it is used.
-    """
+    """A record with its class, bin and, if it is rejected, the reason."""
 
     record: MeasuredRecord = field(repr=False)
-    operation: Operation | None
-    wind_speed: float
-    turbulence: float
-    rejected: str = ""
+    operation: Operation | None  # None without samples
+    wind_speed: float  # [m/s] mean
+    turbulence: float  # standard deviation over mean of the wind speed [-]
+    rejected: str = ""  # reason; empty if it is used
 
 
 def rated_rotor_speed(turbine: Turbine) -> float:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,22 +38,16 @@ def read_columns_of(path: Path) -> Columns:
       MissingPackageError: pandas, or pyarrow for Parquet, is not installed.
     """
     need("a file of measurements", "pandas")
-    if path.suffix.lower() not in READERS:
-        what = path.suffix or "a name without suffix"
-        raise InputError(f"{path}: {what!r} is not the suffix of a file of measurements; {hint(path.suffix, READERS)}")
-    return READERS[path.suffix.lower()](path)
-
-
-@contextmanager
-def _damaged(path: Path, kind: str) -> Iterator[None]:
-    """What packages raise on damaged files, which may be anything, becomes an InputError."""
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
+        raise InputError(f"{path}: {suffix!r} is not the suffix of a file of measurements; {hint(suffix, READERS)}")
     try:
-        yield
+        return READERS[suffix](path)
     except InputError:
         raise
-    except Exception as error:
+    except Exception as error:  # packages raise anything on damaged files
         reason = next(iter(str(error).splitlines()), "")[:100]
-        raise InputError(f"{path}: not {kind}, or damaged ({type(error).__name__}: {reason})") from None
+        raise InputError(f"{path}: not a {suffix} file, or damaged ({type(error).__name__}: {reason})") from None
 
 
 def read_csv(path: Path) -> Columns:
@@ -80,15 +73,8 @@ def read_csv(path: Path) -> Columns:
             raise InputError(f"{path}: expected {len(rows[0])} cells in each row, found {len(row)}: {text!r}")
     text = "\n".join([lines[0], *lines[first:]])
     decimal = "," if separator == ";" and re.search(r"\d,\d", text) else "."
-    with _damaged(path, "a table of comma-separated values"):
-        frame = pd.read_csv(
-            StringIO(text),
-            sep=separator,
-            decimal=decimal,
-            skipinitialspace=True,
-            float_precision="round_trip",
-            low_memory=False,
-        )
+    settings = {"sep": separator, "decimal": decimal, "skipinitialspace": True}
+    frame = pd.read_csv(StringIO(text), **settings, float_precision="round_trip", low_memory=False)
     return {str(name).strip(): np.asarray(x) for name, x in frame.items()}
 
 
@@ -97,8 +83,7 @@ def read_parquet(path: Path) -> Columns:
     need("a Parquet file", "pyarrow")
     import pandas as pd
 
-    with _damaged(path, "a Parquet file"):
-        return columns_of_frame(pd.read_parquet(BytesIO(bytes_of(path, LARGEST))))
+    return columns_of_frame(pd.read_parquet(BytesIO(bytes_of(path, LARGEST))))
 
 
 def read_hdf5_columns(path: Path, offset: int = 0) -> Columns:
@@ -132,8 +117,7 @@ def read_matlab(path: Path) -> Columns:
         version = file.read(10)
     if version == b"MATLAB 7.3":
         return read_hdf5_columns(path, MATLAB_HEAD)
-    with _damaged(path, "a MAT file"):
-        return dict(_rows("", loadmat(BytesIO(bytes_of(path, LARGEST)), simplify_cells=True)))
+    return dict(_rows("", loadmat(BytesIO(bytes_of(path, LARGEST)), simplify_cells=True)))
 
 
 def _rows(prefix: str, fields: Mapping[str, Any]) -> Iterator[tuple[str, NDArray[Any]]]:
