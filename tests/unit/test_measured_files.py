@@ -15,7 +15,7 @@ from scipy.io import savemat
 from meltemi import InputError
 from meltemi.core.hdf5 import to_netcdf
 from meltemi.core.yamlfile import write_record
-from meltemi.validation.channel_map import ChannelMap, Sensor, TimeStamps, read_channel_map
+from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, TimeStamps, read_channel_map
 from meltemi.validation.measurements import Measurements, measurements_of, read_measurements
 from meltemi.validation.quality import inspected
 
@@ -241,6 +241,8 @@ def test_wrong_names_and_stamps() -> None:
     ):
         with pytest.raises(InputError, match=words):
             TimeStamps(**stamps)
+    with pytest.raises(InputError, match="has generator_power twice"):
+        Logger(time={"column": "t"}, channels={"GenPwr": sensor, "generator_power": sensor})
     with pytest.raises(InputError, match="wind: no channel 'wind' in the map"):
         ChannelMap(**channel_map({"column": "t"}).content() | {"wind": "wind"})
 
@@ -274,15 +276,19 @@ def test_wrong_files(tmp_path: Path) -> None:
         read_measurements(tmp_path / "a.xls", given)
 
 
-def test_columns_of_other_lengths_and_rates() -> None:
+def test_files_of_another_rate(tmp_path: Path) -> None:
+    for name, rate in (("a.csv", 2.0), ("b.csv", 50.0)):
+        rows = [f"{BEGIN + k / rate!r},1,2" for k in range(1200 if name == "a.csv" else 600)]
+        (tmp_path / name).write_text("\n".join(["t,P,u", *rows]))
+    with pytest.raises(InputError, match="b.csv: its time stamps have 50 Hz, other files 2 Hz"):
+        read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
+
+
+def test_columns_of_other_lengths_and_texts() -> None:
     given = channel_map({"column": "t", "form": "posix"})
     with pytest.raises(InputError, match="column 'u' has 600 samples for 1200 times"):
         measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND[::2]}}, given)
     with pytest.raises(InputError, match="column 'P' has 1200 samples for 600 times"):
         measurements_of({"scada": {"t": TIME[::2], "P": POWER, "u": WIND}}, given)
-    fast = given.content()
-    fast["loggers"]["scada"]["rate"] = 50.0
-    with pytest.raises(InputError, match="its time stamps have 2 Hz, the channel map 50 Hz"):
-        measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND}}, ChannelMap(**fast))
     with pytest.raises(InputError, match="column 'P' of generator_power: expected numbers"):
         measurements_of({"scada": {"t": TIME, "P": np.array(["x"] * N), "u": WIND}}, given)

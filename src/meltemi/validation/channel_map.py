@@ -106,8 +106,6 @@ class Logger(Record):
     files: str = "*"
     """Pattern of the names of its files in the folder: ``mast_*.csv``."""
     time: TimeStamps
-    rate: float | None = Field(default=None, gt=0.0)
-    """[Hz] sampling rate; by default from the time stamps."""
     missing: tuple[float, ...] = ()
     """Values that stand for a missing sample, such as -9999."""
     channels: dict[str, Sensor]
@@ -119,7 +117,9 @@ class Logger(Record):
         known: dict[str, Sensor] = {}
         for name, sensor in channels.items():
             channel, unit = known_channel(name), sensor.si[0]
-            known[channel.name if channel else name] = sensor
+            if (ours := channel.name if channel else name) in known:
+                raise ValueError(f"{name}: the logger has {ours} twice; choose one of the columns")
+            known[ours] = sensor
             if channel is None and sensor.kind in ("gauge", "power", "rpm", "position"):
                 names = [known for c in every_kind().values() for known in c.names]
                 raise ValueError(f"no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import simpson
 from scipy.stats import t as student
 
@@ -103,7 +102,7 @@ def tower_moments(turbine: Turbine, yaw: Float) -> Float:
 
 
 def calibrate(
-    channels: tuple[str, str], readings: Float, moments: Float, parts: NDArray[np.intp], date: float = 0.0
+    channels: tuple[str, str], readings: Float, moments: Float, parts: Float, date: float = 0.0
 ) -> Calibration:
     """Zero and gain of two gauges from their readings under gravity (V-10, V-11).
 
@@ -169,22 +168,19 @@ def calibrate_roots(records: Sequence[MeasuredRecord], turbine: Turbine, blade: 
       InputError: a channel is missing, the rotor is too fast, there are too few revolutions, or a sign is wrong.
     """
     names = (FLAP.format(blade), EDGE.format(blade))
-    readings, moments, parts, count = [], [], [], 0
+    whole_turns, count = [], 0
     for record in records:
         s, psi, pitch = _together(record, names, ("azimuth", f"pitch_{blade}"))
-        time, turned = record[names[0]].time, np.abs(psi - psi[0])
-        if (speed := turned[-1] / (time[-1] - time[0])) > SLOW * rated_rotor_speed(turbine):
+        turn = np.abs(psi - psi[0]) / (2.0 * np.pi)
+        if (speed := 2.0 * np.pi * turn[-1] / np.ptp(record[names[0]].time)) > SLOW * rated_rotor_speed(turbine):
             raise InputError(
                 f"{record.file}: the rotor turns with {speed * 30.0 / np.pi:.3g} rpm; at most {100.0 * SLOW:g} % of "
                 "rated speed is needed to calibrate by gravity"
             )
-        turn = np.floor(turned / (2.0 * np.pi)).astype(np.intp)
-        whole = turn < turn.max()
-        readings.append(s[whole])
-        moments.append(root_moments(turbine, psi + 2.0 * np.pi * (blade - 1) / turbine.n_blades, pitch)[whole])
-        parts.append(turn[whole] + count)
-        count += int(turn.max())
-    return calibrate(names, *map(np.concatenate, (readings, moments, parts)), date=records[0].begin)
+        M, turns = root_moments(turbine, psi + 2.0 * np.pi * (blade - 1) / turbine.n_blades, pitch), int(turn.max())
+        whole_turns.append([x[turn < turns] for x in (s, M, count + np.floor(turn))])
+        count += turns
+    return calibrate(names, *map(np.concatenate, zip(*whole_turns, strict=True)), date=records[0].begin)
 
 
 def calibrate_tower(record: MeasuredRecord, turbine: Turbine) -> Calibration:
@@ -194,8 +190,7 @@ def calibrate_tower(record: MeasuredRecord, turbine: Turbine) -> Calibration:
       InputError: a channel is missing, the sweep is too short, or a sign is wrong.
     """
     s, yaw = _together(record, TOWER, ("nacelle_yaw",))
-    sector = np.floor(yaw / (2.0 * np.pi) * SECTORS).astype(np.intp)
-    return calibrate(TOWER, s, tower_moments(turbine, yaw), sector, record.begin)
+    return calibrate(TOWER, s, tower_moments(turbine, yaw), np.floor(yaw / (2.0 * np.pi) * SECTORS), record.begin)
 
 
 def _together(record: MeasuredRecord, gauges: tuple[str, str], angles: Sequence[str]) -> list[Float]:
@@ -232,5 +227,5 @@ def drifted(before: Calibration, after: Calibration) -> tuple[bool, bool]:
     """Whether zero or gain of each gauge differ by more than their intervals between two dates."""
     zero = np.abs(after.zero - before.zero) > np.hypot(after.zero_half, before.zero_half)
     gain = np.abs(after.gain - before.gain) > np.hypot(after.gain_half, before.gain_half)
-    change = zero | np.diag(gain)
-    return bool(change[0]), bool(change[1])
+    flap, edge = zero | np.diag(gain)
+    return bool(flap), bool(edge)

@@ -26,7 +26,6 @@ from meltemi.validation.tables_in_files import NUMBER, Columns, columns_of_frame
 
 Float = NDArray[np.float64]
 DATENUM_1970 = 719529.0  # MATLAB's day number of 1970-01-01
-DAY = 86400.0  # [s]
 
 
 @dataclass(frozen=True)
@@ -175,15 +174,13 @@ def _series(key: str, logger: Logger, files: Mapping[str, Columns]) -> LoggerSer
     need("reading of measurements", "pandas")
     tables = {file: _table(file, columns, logger) for file, columns in files.items()}
     steps = {file: step[step > 0.0] for file, (time, _) in tables.items() if np.any((step := np.diff(time)) > 0.0)}
-    if not steps and not logger.rate:
-        raise InputError(f"{next(iter(files))}: the sampling rate cannot be seen from one sample; give rate")
-    rate = logger.rate or 1.0 / float(np.median(np.concatenate(list(steps.values()))))
+    if not steps:
+        raise InputError(f"{next(iter(files))}: the sampling rate cannot be seen from one sample; choose longer files")
+    rate = 1.0 / float(np.median(np.concatenate(list(steps.values()))))
     for file, step in steps.items():
         if abs((seen := 1.0 / float(np.median(step))) / rate - 1.0) > 0.01:
-            source = "the channel map" if logger.rate else "other files"
             raise InputError(
-                f"{file}: its time stamps have {seen:.4g} Hz, {source} {rate:g} Hz; correct the rate, or put the file "
-                "into a logger of its own"
+                f"{file}: its time stamps have {seen:.4g} Hz, other files {rate:g} Hz; put it into a logger of its own"
             )
     order = sorted(files, key=lambda file: tables[file][0][0] if len(tables[file][0]) else np.inf)
     times, values = zip(*(tables[file] for file in order), strict=True)
@@ -238,4 +235,4 @@ def _times(file: str, column: NDArray[Any], stamps: TimeStamps) -> Float:
     if not np.all(np.isfinite(time)):
         row = int(np.argmin(np.isfinite(time)))
         raise InputError(f"{file}: column {stamps.column!r}: row {row + 1} of the numbers has no time; remove the row")
-    return (time - DATENUM_1970) * DAY if stamps.form == "matlab" and numbers else time + begin
+    return (time - DATENUM_1970) * 86400.0 if stamps.form == "matlab" and numbers else time + begin

@@ -69,11 +69,7 @@ def rated_rotor_speed(turbine: Turbine) -> float:
 
 
 def operation_of(record: MeasuredRecord, turbine: Turbine) -> Operation | None:
-    """Class of a record by power and rotor speed; a start or stop at feather needs no pitch. None without samples.
-
-    Raises:
-      UnknownNameError: power or rotor speed is missing.
-    """
+    """Class of a record by power and rotor speed, which it must have; None without samples."""
     speed = record["rotor_speed"].finite / rated_rotor_speed(turbine)
     power, rate = record["generator_power"].finite / turbine.rated_power, record["generator_power"].rate
     if not len(speed) or not len(power):

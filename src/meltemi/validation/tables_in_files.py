@@ -21,12 +21,9 @@ from meltemi.core.hdf5 import attributes, read_hdf5
 if TYPE_CHECKING:
     import h5py
 
-Columns = dict[str, NDArray[Any]]
-"""(T,) numbers, or texts and dates of time stamps, by the name of the column."""
-LARGEST = 1_000_000_000
-"""[bytes] of a file."""
-MATLAB_HEAD = 512
-"""[bytes] in front of the HDF5 part of a MAT file of version 7.3."""
+Columns = dict[str, NDArray[Any]]  # (T,) numbers, or texts and dates of time stamps, by the name of the column
+LARGEST = 1_000_000_000  # [bytes] of a file
+MATLAB_HEAD = 512  # [bytes] in front of the HDF5 part of a MAT file of version 7.3
 NUMBER = re.compile(r'\s*"?\s*[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?\s*"?\s*')
 
 
@@ -53,8 +50,8 @@ def read_columns_of(path: Path) -> Columns:
 def read_csv(path: Path) -> Columns:
     """Columns of a text: a row of names, rows of units or the like without numbers, rows of numbers.
 
-    Separators are tabulators, semicolons (with decimal points or commas) or commas; rows that begin with # are skipped,
-    and so is the first row of a TOA5 file.
+    Separators are tabulators, semicolons (also with decimal commas) or commas. Rows that begin with # are skipped, and
+    so is the first row of a TOA5 file.
     """
     import pandas as pd
 
@@ -134,10 +131,9 @@ def columns_of_frame(frame: Any) -> Columns:
     return {str(name): np.asarray(x) for name, x in columns.items()}
 
 
-READERS: dict[str, Callable[[Path], Columns]] = {
+READERS: dict[str, Callable[[Path], Columns]] = {  # by suffix
     **dict.fromkeys((".csv", ".txt", ".dat"), read_csv),
     ".parquet": read_parquet,
     **dict.fromkeys((".nc", ".h5"), read_hdf5_columns),
     ".mat": read_matlab,
 }
-"""Function by the suffix of a file."""
