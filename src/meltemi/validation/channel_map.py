@@ -154,8 +154,12 @@ class ChannelMap(Record):
         return self
 
     def sensors(self) -> Iterator[tuple[str, str, Sensor]]:
-        """Channel, logger and sensor of all columns."""
-        return ((name, key, s) for key, logger in self.loggers.items() for name, s in logger.channels.items())
+        """Channel, logger and sensor of all columns; a channel that another logger has, too, is ``channel@logger``."""
+        known: set[str] = set()
+        for key, logger in self.loggers.items():
+            for name, sensor in logger.channels.items():
+                yield (f"{name}@{key}" if name in known else name), key, sensor
+                known.add(name)
 
 
 def read_channel_map(path: str | Path) -> ChannelMap:

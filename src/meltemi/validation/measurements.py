@@ -1,27 +1,24 @@
-"""Measurements of all loggers in SI units, and their records of ten minutes.
+"""Measurements as records of ten minutes, in SI units.
 
-Nothing is repaired: rows keep their order, a missing sample is NaN, and what is wrong is an issue in a list.
+Nothing is repaired: rows keep their order, a missing sample is NaN, and what is doubtful goes into a list of issues.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from datetime import datetime
-from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
 from meltemi.core.extras import need
-from meltemi.core.shown import Brief
 from meltemi.postprocess.bins import TEN_MINUTES
-from meltemi.validation.channel_map import ChannelMap, Logger, TimeStamps
-from meltemi.validation.issues import DataIssue
+from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, TimeStamps
 from meltemi.validation.tables_in_files import NUMBER, Columns, columns_of_frame, read_columns_of
 
 Float = NDArray[np.float64]
@@ -42,49 +39,14 @@ class Signal:
         return self.values[np.isfinite(self.values)]
 
     def between(self, begin: float, end: float) -> Signal:
-        """Samples from ``begin``, included, to ``end``, excluded [s]; stamps are rounded by a quarter of a sample."""
-        late = self.time + 0.25 / self.rate
-        inside = (late >= begin) & (late < end)
+        """Samples from ``begin``, included, to ``end``, excluded [s]."""
+        inside = (self.time >= begin) & (self.time < end)
         return Signal(self.time[inside], self.values[inside], self.rate)
 
 
 @dataclass(frozen=True)
-class LoggerSeries:
-    """All rows of a logger."""
-
-    name: str
-    rate: float  # [Hz]
-    time: Float = field(repr=False)  # (T,) [s] since 1970, as in the files: gaps and duplicates included
-    values: Mapping[str, Float] = field(repr=False)  # (T,) SI by channel
-    files: tuple[str, ...]
-    first: tuple[int, ...]  # rows at which the files begin
-
-    def __getitem__(self, name: str) -> Signal:
-        return Signal(self.time, self.values[name], self.rate)
-
-    def place(self, row: int) -> tuple[str, int]:
-        """File of a row, and the row in it, counted from 0."""
-        i = int(np.searchsorted(self.first, row, side="right")) - 1
-        return self.files[i], row - self.first[i]
-
-    def issue(self, kind: str, channel: str, text: str, begin: int = 0, end: int | None = None) -> DataIssue:
-        """An issue of some rows, or of all."""
-        n = (len(self.time) if end is None else end) - begin
-        return DataIssue(kind, self.place(begin)[0], channel, float(self.time[begin]), n / self.rate, n, text)
-
-    def begins(self, length: float) -> Float:
-        """(T,) [s] begin of the record to which a row belongs: its file's if that is a record, or a whole multiple."""
-        begins = np.floor((self.time + 0.25 / self.rate) / length) * length
-        for first, end in pairwise((*self.first, len(self.time))):
-            time = self.time[first:end]
-            if len(time) and 0.5 * length <= np.ptp(time) + 1.0 / self.rate <= length + 1.5 / self.rate:
-                begins[first:end] = time.min()
-        return begins
-
-
-@dataclass(frozen=True)
 class MeasuredRecord:
-    """Signals of one period, by channel."""
+    """Signals of ten minutes, by the names of :meth:`ChannelMap.sensors`."""
 
     begin: float  # [s] since 1970
     length: float  # [s]
@@ -101,78 +63,88 @@ class MeasuredRecord:
         return min(len(self[name].finite) / max(round(self.length * self[name].rate), 1), 1.0)
 
 
-@dataclass(frozen=True, repr=False)
-class Measurements(Brief):
-    """Series of all loggers, with what is wrong in them."""
-
-    channels: ChannelMap = field(repr=False)
-    loggers: tuple[LoggerSeries, ...]  # in the order of the map
-    issues: tuple[DataIssue, ...] = ()
-
-    def having(self, name: str) -> list[LoggerSeries]:
-        """Loggers that have a channel."""
-        return [series for series in self.loggers if name in series.values]
-
-    def with_issues(self, issues: Sequence[DataIssue]) -> Measurements:
-        """The measurements with further issues."""
-        return replace(self, issues=(*self.issues, *issues))
-
-    def records(self, length: float = TEN_MINUTES) -> list[MeasuredRecord]:
-        """Records of this length [s].
-
-        A file of the first logger of half of this length up to it is a record with all its samples. Longer and shorter
-        files are cut, or joined, at whole multiples of the length (UTC); what has less than half of it is left out.
-        """
-        leader, records = self.loggers[0], []
-        begins = leader.begins(length)
-        for begin in np.unique(begins).tolist():
-            rows = np.flatnonzero(begins == begin)
-            if len(rows) >= 0.5 * length * leader.rate:
-                end = float(leader.time[rows].max()) + 1.0 / leader.rate
-                signals = {name: s[name].between(begin, end) for s in reversed(self.loggers) for name in s.values}
-                records.append(MeasuredRecord(begin, length, leader.place(int(rows[0]))[0], signals))
-        return records
+def joined(records: Sequence[MeasuredRecord], name: str) -> Signal:
+    """A channel of all records."""
+    signals = [record[name] for record in records]
+    time, values = np.concatenate([(signal.time, signal.values) for signal in signals], axis=1)
+    return Signal(time, values, signals[0].rate)
 
 
-def read_measurements(folder: str | Path, channels: ChannelMap) -> Measurements:
-    """Read the files of all loggers from a folder, or from one file.
+def read_measurements(folder: str | Path, channels: ChannelMap) -> list[MeasuredRecord]:
+    """Records of the files of all loggers in a folder, or of one file.
+
+    A file of the first logger of five to ten minutes is a record with all its samples. Longer and shorter files are
+    cut, or joined, at whole ten minutes (UTC); what has less than half of them is left out.
 
     Raises:
       InputError: there are no files, a file is damaged, a column is missing or has no numbers or dates.
     """
-    folder = Path(folder)
+    folder, files = Path(folder), {}
     if not folder.exists():
         raise InputError(f"{folder}: no such file or folder")
-    loggers = []
     for key, logger in channels.loggers.items():
         paths = [folder] if folder.is_file() else sorted(path for path in folder.glob(logger.files) if path.is_file())
         if not paths:
             others = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
             raise InputError(f"{folder}: no file {logger.files!r} of logger {key!r}; it has {others or 'no files'}")
-        loggers.append(_series(key, logger, {path.name: read_columns_of(path) for path in paths}))
-    return Measurements(channels, tuple(loggers))
+        files[key] = {path.name: read_columns_of(path) for path in paths}
+    return _records(files, channels)
 
 
-def measurements_of(frames: Mapping[str, Any], channels: ChannelMap) -> Measurements:
-    """Measurements from data frames of pandas by logger, or from columns by name.
+def measurements_of(frames: Mapping[str, Any], channels: ChannelMap) -> list[MeasuredRecord]:
+    """Records, as of files, of data frames of pandas by logger, or of columns by name.
 
     Raises:
       InputError: a logger or column is missing, or has no numbers or dates.
     """
-    loggers = []
-    for key, logger in channels.loggers.items():
+    files = {}
+    for key in channels.loggers:
         if key not in frames:
             raise InputError(f"measurements: no table of logger {key!r}: {did_you_mean(key, frames)}")
         table = frames[key]
         columns = {k: np.asarray(x) for k, x in table.items()} if isinstance(table, dict) else columns_of_frame(table)
-        loggers.append(_series(key, logger, {key: columns}))
-    return Measurements(channels, tuple(loggers))
+        files[key] = {key: columns}
+    return _records(files, channels)
 
 
-def _series(key: str, logger: Logger, files: Mapping[str, Columns]) -> LoggerSeries:
-    """All rows of a logger; its files are in the order of their first stamps."""
+class _Rows(NamedTuple):
+    """All rows of a logger, as in its files: gaps and duplicates included."""
+
+    time: Float
+    values: dict[str, Float]
+    rate: float
+    files: dict[str, slice]  # rows of each
+
+
+def _records(files: Mapping[str, Mapping[str, Columns]], channels: ChannelMap) -> list[MeasuredRecord]:
+    """Records of the files by logger."""
     need("reading of measurements", "pandas")
-    tables = {file: _table(file, columns, logger) for file, columns in files.items()}
+    loggers, records = [], []
+    for key, logger in channels.loggers.items():
+        sensors = {name: sensor for name, of, sensor in channels.sensors() if of == key}
+        loggers.append(_rows(files[key], logger, sensors))
+    leader = loggers[0]
+    begins = np.floor((leader.time + 0.25 / leader.rate) / TEN_MINUTES) * TEN_MINUTES  # stamps are rounded
+    for rows in leader.files.values():
+        time = leader.time[rows]
+        if len(time) and 0.5 * TEN_MINUTES <= np.ptp(time) + 1.0 / leader.rate <= TEN_MINUTES + 1.5 / leader.rate:
+            begins[rows] = time.min()
+    for begin in np.unique(begins).tolist():
+        mine = np.flatnonzero(begins == begin)
+        if len(mine) < 0.5 * TEN_MINUTES * leader.rate:
+            continue
+        end, signals = float(leader.time[mine].max()) + 1.0 / leader.rate, {}
+        for time, values, rate, _ in loggers:
+            inside = (time >= begin - 0.25 / rate) & (time < end - 0.25 / rate)
+            signals |= {name: Signal(time[inside], x[inside], rate) for name, x in values.items()}
+        file = next(name for name, rows in leader.files.items() if mine[0] < rows.stop)
+        records.append(MeasuredRecord(begin, TEN_MINUTES, file, signals))
+    return records
+
+
+def _rows(files: Mapping[str, Columns], logger: Logger, sensors: Mapping[str, Sensor]) -> _Rows:
+    """All rows of a logger; its files are in the order of their first stamps."""
+    tables = {file: _table(file, columns, logger, sensors) for file, columns in files.items()}
     steps = {file: step[step > 0.0] for file, (time, _) in tables.items() if np.any((step := np.diff(time)) > 0.0)}
     if not steps:
         raise InputError(f"{next(iter(files))}: the sampling rate cannot be seen from one sample; choose longer files")
@@ -183,18 +155,21 @@ def _series(key: str, logger: Logger, files: Mapping[str, Columns]) -> LoggerSer
                 f"{file}: its time stamps have {seen:.4g} Hz, other files {rate:g} Hz; put it into a logger of its own"
             )
     order = sorted(files, key=lambda file: tables[file][0][0] if len(tables[file][0]) else np.inf)
-    times, values = zip(*(tables[file] for file in order), strict=True)
+    times = [tables[file][0] for file in order]
     if logger.time.stamp == "end":  # of the file for the date in its name, of each sample otherwise
-        times = tuple(time - (len(time) if logger.time.name else 1.0) / rate for time in times)
-    first = np.cumsum([0, *map(len, times)])[:-1].tolist()
-    joined = {name: np.concatenate([of_file[name] for of_file in values]) for name in logger.channels}
-    return LoggerSeries(key, rate, np.concatenate(times), joined, tuple(order), tuple(first))
+        times = [time - (len(time) if logger.time.name else 1.0) / rate for time in times]
+    ends = np.cumsum([len(time) for time in times]).tolist()
+    places = {file: slice(end - len(time), end) for file, time, end in zip(order, times, ends, strict=True)}
+    values = {name: np.concatenate([tables[file][1][name] for file in order]) for name in sensors}
+    return _Rows(np.concatenate(times), values, rate, places)
 
 
-def _table(file: str, columns: Columns, logger: Logger) -> tuple[Float, dict[str, Float]]:
+def _table(
+    file: str, columns: Columns, logger: Logger, sensors: Mapping[str, Sensor]
+) -> tuple[Float, dict[str, Float]]:
     """Times [s] since 1970, as stamped, and SI values by channel of a file."""
     time, values = _times(file, _column(file, columns, logger.time.column, "the time"), logger.time), {}
-    for name, sensor in logger.channels.items():
+    for name, sensor in sensors.items():
         raw = _column(file, columns, sensor.column, name)
         if raw.dtype.kind not in "fiub":
             bad = next((text for text in map(str, raw.tolist()) if not NUMBER.fullmatch(text) and text != "nan"), "")

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from meltemi.core.units import display
 from meltemi.environment.site import STANDARD
 from meltemi.turbine.definition import Turbine
-from meltemi.validation.channel_map import Sensor
+from meltemi.validation.channel_map import ChannelMap, Sensor
 from meltemi.validation.gauges import GRAVITY, first_moment
-from meltemi.validation.issues import DataIssue
-from meltemi.validation.measurements import Float, Measurements, Signal
+from meltemi.validation.issues import DataIssue, issue_of_all
+from meltemi.validation.measurements import Float, MeasuredRecord, Signal, joined
 from meltemi.validation.quality import HALF_HOUR, clock_lag
 from meltemi.validation.selection import rated_rotor_speed
 
@@ -47,27 +49,28 @@ def ranges(turbine: Turbine) -> dict[str, tuple[float, float]]:
     return limits
 
 
-def plausible(measurements: Measurements, turbine: Turbine) -> list[DataIssue]:
+def plausible(records: Sequence[MeasuredRecord], channels: ChannelMap, turbine: Turbine) -> list[DataIssue]:
     """Issues of units, signs and origin, one sentence each."""
-    limits = ranges(turbine) | {measurements.channels.wind: (0.0, 60.0)}
-    present = [(s, name) for s in measurements.loggers for name in s.values if name in limits and len(s[name].finite)]
-    sizes = {(s.name, name): float(np.quantile(np.abs(s[name].finite), 0.95)) for s, name in present}
-
-    def largest(name: str) -> float:
-        """Without the channel nothing is concluded."""
-        return max((size for (_, each), size in sizes.items() if each == name), default=np.inf)
-
-    turns = largest("rotor_speed") > 0.2 * rated_rotor_speed(turbine)
-    produces = largest("generator_power") > 0.05 * turbine.rated_power
+    if not records:
+        return []
+    limits = ranges(turbine) | {channels.wind: (0.0, 60.0)}
+    sensors = {name: sensor for name, _, sensor in channels.sensors() if name in limits}
+    signals = {name: signal for name in sensors if len((signal := joined(records, name)).finite)}
+    sizes = {name: float(np.quantile(np.abs(signal.finite), 0.95)) for name, signal in signals.items()}
+    # without speed and power nothing is concluded from small magnitudes
+    turns = sizes.get("rotor_speed", np.inf) > 0.2 * rated_rotor_speed(turbine)
+    produces = sizes.get("generator_power", np.inf) > 0.05 * turbine.rated_power
     issues: list[DataIssue] = []
-    for series, name in present:
-        sensor, (low, high) = measurements.channels.loggers[series.name].channels[name], limits[name]
+    for name, signal in signals.items():
+        sensor, (low, high) = sensors[name], limits[name]
         running = produces if name == "rotor_speed" else turns
-        if text := _unit(sensor, sizes[series.name, name], low if running else 0.0, high):
-            issues.append(series.issue("unit", name, text))
-        if text := _sign(measurements, name, series[name], high):
-            issues.append(series.issue("sign", name, f"column {sensor.column!r} {text}; give sign: -1"))
-    return [*issues, *_origin(measurements, turbine)]
+        if text := _unit(sensor, sizes[name], low if running else 0.0, high):
+            issues.append(issue_of_all("unit", records, name, text))
+        if text := _sign(name, signal, high, signals.get("generator_power")):
+            issues.append(issue_of_all("sign", records, name, f"column {sensor.column!r} {text}; give sign: -1"))
+    if channels.wind in signals and "generator_power" in signals:
+        issues += _origin(records, channels, turbine, signals[channels.wind], signals["generator_power"])
+    return issues
 
 
 def _unit(sensor: Sensor, size: float, low: float, high: float) -> str:
@@ -85,49 +88,49 @@ def _unit(sensor: Sensor, size: float, low: float, high: float) -> str:
     )
 
 
-def _sign(measurements: Measurements, name: str, signal: Signal, high: float) -> str:
+def _sign(name: str, signal: Signal, high: float, power: Signal | None) -> str:
     """What is wrong with a channel whose positive direction is the other one."""
-    if name in ("generator_power", "rotor_speed", "generator_speed", "generator_torque", measurements.channels.wind):
-        return "is negative, expected is positive in operation" if np.mean(signal.finite) < -0.005 * high else ""
-    machine = measurements.having("generator_power")
-    if not machine or not name.startswith(("root_moment_flap", "root_moment_out", "tower_base_moment_fore")):
-        return ""
-    x, p = _minutes(signal, machine[0]["generator_power"])
-    partial = p < 0.8 * np.max(p, initial=0.0)
-    opposite = partial.sum() >= 8 and np.corrcoef(x[partial], p[partial])[0, 1] < -0.5
-    return "falls where power grows, expected is a moment of thrust" if opposite else ""
+    bends = name.startswith(("root_moment_flap", "root_moment_out", "tower_base_moment_fore"))
+    if bends and power:
+        x, p = _minutes(signal, power)
+        partial = p < 0.8 * np.max(p, initial=0.0)
+        if partial.sum() >= 8 and np.corrcoef(x[partial], p[partial])[0, 1] < -0.5:
+            return "falls where power grows, expected is a moment of thrust"
+    elif not name.startswith(("root_", "tower_", "pitch_")) and np.mean(signal.finite) < -0.005 * high:
+        return "is negative, expected is positive in operation"
+    return ""
 
 
-def _origin(measurements: Measurements, turbine: Turbine) -> list[DataIssue]:
+def _origin(
+    records: Sequence[MeasuredRecord], channels: ChannelMap, turbine: Turbine, wind: Signal, power: Signal
+) -> Iterator[DataIssue]:
     """Wind and power that do not belong together, or not at the same time."""
-    name = measurements.channels.wind
-    if not (masts := measurements.having(name)) or not (machines := measurements.having("generator_power")):
-        return []
-    wind, power = masts[0][name], machines[0]["generator_power"]
     v, p = _minutes(wind, power)
     expected = 0.5 * STANDARD * np.pi * turbine.rotor_radius**2 * POWER_COEFFICIENT * np.maximum(v, 0.0) ** 3
     partial = (expected < 0.8 * turbine.rated_power) & (p > 0.01 * turbine.rated_power) & (v > turbine.cut_in)
     if partial.sum() < 10:
-        return []
+        return
     ratio = float(np.median(p[partial] / expected[partial]))
     related = float(np.corrcoef(v[partial], p[partial])[0, 1])
     if related >= RELATED and 0.2 < ratio < 3.0:
-        return []
-    column = measurements.channels.loggers[masts[0].name].channels[name].column
-    if masts[0] is not machines[0] and np.ptp(wind.time) > HALF_HOUR:
+        return
+    logger, column = {name: (key, sensor.column) for name, key, sensor in channels.sensors()}[channels.wind]
+    machine = next(key for name, key, _ in channels.sensors() if name == "generator_power")
+    if logger != machine and np.ptp(wind.time) > HALF_HOUR:
         lag, best = clock_lag(wind, power, 0.1, 2.5 * HALF_HOUR)
         if best > max(related + 0.3, CLOSELY) and abs(lag.mean) > 5.0 * MINUTE:
             text = (
-                f"logger {machines[0].name!r} fits the wind of column {column!r} best when it is "
+                f"logger {machine!r} fits the wind of column {column!r} best when it is "
                 f"{abs(lag.mean) / 60.0:.0f} min {'earlier' if lag.mean > 0.0 else 'later'} "
                 f"(correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
             )
-            return [machines[0].issue("clock", "generator_power", text)]
+            yield issue_of_all("clock", records, "generator_power", text)
+            return
     text = (
         f"column {column!r}: correlation with power in partial load {related:.2f}, expected at least {RELATED:g}; "
         f"power {ratio:.2g} of that of this wind, expected 0.2 to 3: probably wind of another turbine; choose its own"
     )
-    return [masts[0].issue("turbine", name, text)]
+    yield issue_of_all("turbine", records, channels.wind, text)
 
 
 def _minutes(a: Signal, b: Signal) -> tuple[Float, Float]:

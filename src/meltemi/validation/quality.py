@@ -6,7 +6,7 @@ Reference: docs/theory/validation.md (V-1 to V-3).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,9 @@ from scipy.signal import correlate, correlation_lags
 from meltemi.core.errors import InputError
 from meltemi.core.units import display
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
-from meltemi.validation.channel_map import Sensor, known_channel
-from meltemi.validation.issues import DataIssue
-from meltemi.validation.measurements import Float, LoggerSeries, Measurements, Signal
+from meltemi.validation.channel_map import ChannelMap, Sensor, known_channel
+from meltemi.validation.issues import DataIssue, issue_of_all, moment
+from meltemi.validation.measurements import Float, MeasuredRecord, Signal, joined
 
 NORMAL = 1.4826  # standard deviation of a normal variable over its median absolute deviation
 WINDOW = 10.0  # [s] of the moving median
@@ -30,44 +30,54 @@ STUCK_MACHINE = 300.0  # [s] for power and rotor speed, which are displayed in s
 PARTS = 8  # of a series, whose lags give the interval of the lag
 SMOOTH = 9  # samples over which series are smoothed before they are correlated, so that the peak is a parabola
 CORRELATED = 0.5  # correlation of two loggers' records of one channel from which on their lag is known
-STRETCH = 4.0 * 3600.0  # [s] of a measurement, from its begin, by which clocks are compared
+COMPARED = 30  # records, from the first, by which clocks are compared
 LONGEST_LAG = 7200.0  # [s] of clocks
+LATE = 6.0  # [s] below which a lag does not matter for statistics
 HALF_HOUR = 1800.0  # [s] of which errors of time zones are multiples
 
 
-def inspected(measurements: Measurements) -> Measurements:
-    """The measurements with the issues of their time stamps, samples and clocks; the data are unchanged."""
+def doubtful(records: Sequence[MeasuredRecord], channels: ChannelMap) -> list[DataIssue]:
+    """Issues of time stamps, samples and clocks of records."""
     issues: list[DataIssue] = []
-    for series in measurements.loggers:
-        issues += _of_stamps(series)
-        for name, sensor in measurements.channels.loggers[series.name].channels.items():
-            issues += _of_samples(series, name, sensor)
-    return measurements.with_issues([*issues, *_of_clocks(measurements)])
+    sensors = list(channels.sensors())
+    first = {key: name for name, key, _ in reversed(sensors)}  # a channel of each logger
+    for record in records:
+        for key, name in first.items():
+            issues += _of_stamps(record, f"logger {key!r}", record[name])
+        for name, _, sensor in sensors:
+            issues += _of_samples(record, name, sensor)
+    for name in [name for name, _, _ in sensors if "@" in name and records]:
+        issues += _of_clocks(records, name)
+    return issues
 
 
-def _of_stamps(series: LoggerSeries) -> Iterator[DataIssue]:
+def _of_stamps(record: MeasuredRecord, logger: str, signal: Signal) -> Iterator[DataIssue]:
     """Gaps, duplicated stamps and rows out of order."""
-    step = np.diff(series.time) * series.rate
-    for i in np.flatnonzero((step > 1.5) | (step < 0.5)):
-        (file, row), lost, seconds = series.place(int(i) + 1), round(float(step[i])) - 1, float(step[i]) / series.rate
-        if step[i] > 1.5:
-            kind, text = "gap", f"{lost} samples at {series.rate:g} Hz are missing before row {row + 1} of the file"
-        elif step[i] >= 0.0:
+    step = 1.0 / signal.rate
+    end = max(record.begin + record.length, np.max(signal.time, initial=0.0) + step)
+    time = np.concatenate([[record.begin - step], signal.time, [end]])
+    gaps = np.diff(time)
+    for i in np.flatnonzero((gaps > 1.5 * step) | (gaps < 0.5 * step)):
+        before, seconds = float(time[i]), float(gaps[i])
+        lost = max(round(seconds / step) - 1, 1)
+        if seconds > step:
+            kind, text = "gap", f"{lost} samples at {signal.rate:.4g} Hz are missing after {moment(before)}"
+        elif seconds >= 0.0:
             kind = "duplicate"
-            text = "two rows have one time stamp; remove one of them, or correct rate and zone (end of summer time)"
+            text = "two rows have one time stamp; remove one of them, or correct zone (end of summer time)"
         else:
             kind, text = "order", f"time goes back by {-seconds:.4g} s; sort the rows, or correct zone and clock"
-        yield DataIssue(kind, file, "", float(series.time[i]), max(seconds, 0.0), max(lost, 1), text)
+        yield DataIssue(kind, record.file, logger, before, max(seconds, 0.0), lost, text)
 
 
-def _of_samples(series: LoggerSeries, name: str, sensor: Sensor) -> Iterator[DataIssue]:
+def _of_samples(record: MeasuredRecord, name: str, sensor: Sensor) -> Iterator[DataIssue]:
     """Missing samples, spikes and stuck sensors."""
-    x, channel, machine = series.values[name], known_channel(name), sensor.kind in ("power", "rpm")
+    signal, channel, machine = record[name], known_channel(name.split("@")[0]), sensor.kind in ("power", "rpm")
+    x, longest = signal.values, STUCK_MACHINE if machine else STUCK
     marked = {"missing": ~np.isfinite(x)}
-    longest = STUCK_MACHINE if machine else STUCK
     if sensor.kind != "position" and not (channel and channel.wrap):
-        marked["spike"] = spikes(x, series.rate)
-        marked["stuck"] = stuck(x, series.rate, longest) & ~(machine & (x == 0.0))
+        marked["spike"] = spikes(x, signal.rate)
+        marked["stuck"] = stuck(x, signal.rate, longest) & ~(machine & (x == 0.0))
     unit, factor = display(sensor.si[0])
     texts = {
         "missing": "no value; excluded from statistics",
@@ -76,16 +86,16 @@ def _of_samples(series: LoggerSeries, name: str, sensor: Sensor) -> Iterator[Dat
         "stuck": f"constant for more than {longest:g} s; exclude the record, or give kind: position if it rests",
     }
     for kind, each in marked.items():
-        for begin, end in runs(each, series.first):
-            text = texts[kind].format(x[(begin + end) // 2] * factor)
-            yield series.issue(kind, f"{name} ({sensor.column})", text, begin, end)
+        for begin, end in runs(each):
+            text, n = texts[kind].format(x[(begin + end) // 2] * factor), end - begin
+            label = f"{name} ({sensor.column})"
+            yield DataIssue(kind, record.file, label, float(signal.time[begin]), n / signal.rate, n, text)
 
 
-def runs(marked: NDArray[np.bool_], breaks: Sequence[int] = ()) -> list[tuple[int, int]]:
-    """First row and row after the last one of each run of marked rows; runs end at breaks."""
-    edge = np.diff(np.concatenate([[False], marked, [False]]))
-    edge[list(breaks)] = True
-    return [(begin, end) for begin, end in pairwise(np.flatnonzero(edge).tolist()) if marked[begin]]
+def runs(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """First row and row after the last one of each run of marked rows."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], marked, [False]]))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 def spikes(values: Float, rate: float) -> NDArray[np.bool_]:
@@ -127,7 +137,7 @@ def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> 
     lag, correlation = _lag(a, b, 0.0, longest)
     edges = np.linspace(max(a.time[0], b.time[0] - lag), min(a.time[-1], b.time[-1] - lag), PARTS + 1)
     if edges[-1] - edges[0] < 60.0:
-        raise InputError(f"clocks: the series overlap by {edges[-1] - edges[0]:.3g} s; a minute is needed")
+        raise InputError(f"the series overlap by {edges[-1] - edges[0]:.3g} s; a minute is needed")
     parts = [(a.between(begin, end), b.between(begin + lag, end + lag)) for begin, end in pairwise(edges)]
     lags = [_lag(x, y, lag, 20.0 / rate)[0] for x, y in parts if np.std(x.values) > 0.0 and np.std(y.values) > 0.0]
     return mean_interval(lags), correlation
@@ -138,7 +148,7 @@ def _on_grid(signal: Signal, rate: float) -> Signal:
     order = np.argsort(signal.time, kind="stable")
     order = order[np.isfinite(signal.values[order])]
     if len(order) < 2:
-        raise InputError("clocks: a channel of two loggers has no samples")
+        raise InputError("one of them has no samples")
     t = signal.time[order]
     grid, smooth = np.arange(t[0], t[-1] + 0.5 / rate, 1.0 / rate), np.hanning(SMOOTH + 2)[1:-1]
     values = np.interp(grid, t, signal.values[order])
@@ -161,24 +171,25 @@ def _lag(a: Signal, b: Signal, near: float, within: float) -> tuple[float, float
     return float(lags[k] + part / a.rate), float(top)
 
 
-def _of_clocks(measurements: Measurements) -> Iterator[DataIssue]:
-    """Lags between the loggers that share a channel."""
-    for name in sorted({name for series in measurements.loggers for name in series.values}):
-        for one, two in combinations(measurements.having(name), 2):
-            rate, begin = min(one.rate, two.rate), float(one.time[0])
-            a = one[name].between(begin, begin + STRETCH)
-            b = two[name].between(begin - LONGEST_LAG, begin + STRETCH + LONGEST_LAG)
-            lag, correlation = clock_lag(a, b, rate, LONGEST_LAG)
-            late, zone = abs(lag.mean), abs(lag.mean) % HALF_HOUR
-            if correlation < CORRELATED:
-                text = f"correlation {correlation:.2f} with {one.name!r}: another quantity, or clocks further apart"
-            elif late > max(lag.half_width, 0.5 / rate):
-                halves = late > 0.5 * HALF_HOUR and min(zone, HALF_HOUR - zone) < 60.0
-                text = (
-                    f"logger {two.name!r} is {late:.4g} +/- {lag.half_width:.2g} s "
-                    f"{'later' if lag.mean > 0.0 else 'earlier'} than {one.name!r} (correlation {correlation:.2f}); "
-                    f"correct its {'zone or stamp' if halves else 'clock'}"
-                )
-            else:
-                continue
-            yield DataIssue("clock", two.files[0], name, float(two.time[0]), late, len(two.time), text)
+def _of_clocks(records: Sequence[MeasuredRecord], name: str) -> Iterator[DataIssue]:
+    """The lag of a channel@logger behind the channel."""
+    channel, logger = name.split("@")
+    a, b = joined(records[:COMPARED], channel), joined(records[:COMPARED], name)
+    rate = min(a.rate, b.rate)
+    try:
+        lag, correlation = clock_lag(a, b, rate, LONGEST_LAG)
+    except InputError as error:
+        yield issue_of_all("lag", records, name, f"not compared with that of the first logger: {error}")
+        return
+    late, rest = abs(lag.mean), abs(lag.mean) % HALF_HOUR
+    if correlation < CORRELATED:
+        text = f"correlation {correlation:.2f} with that of the first logger: another quantity, or clocks further apart"
+    elif late > max(lag.half_width, 0.5 / rate):
+        zone = late > 0.5 * HALF_HOUR and min(rest, HALF_HOUR - rest) < 60.0
+        text = (
+            f"logger {logger!r} is {late:.4g} +/- {lag.half_width:.2g} s {'later' if lag.mean > 0.0 else 'earlier'} "
+            f"than the first one (correlation {correlation:.2f}); correct its {'zone or stamp' if zone else 'clock'}"
+        )
+    else:
+        return
+    yield issue_of_all("lag" if correlation >= CORRELATED and late < LATE else "clock", records, name, text)
