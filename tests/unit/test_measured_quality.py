@@ -140,24 +140,20 @@ def two_clocks(seed: int, lag: float, noise: float = 0.2, n: int = 6000) -> tupl
 
 
 def test_lag_of_clocks_is_recovered() -> None:
-    """Within the interval in 19 of 20, which is a fraction of a sample."""
-    hits, halves = [], []
-    for seed in range(60):
-        lag = 5.0 * np.sin(seed)
-        estimate, correlation = clock_lag(*two_clocks(seed, lag), 4.0, 30.0)
-        hits.append(abs(estimate.mean - lag) <= estimate.half_width)
-        halves.append(estimate.half_width)
-        assert correlation > 0.9
-    assert 0.9 <= np.mean(hits) <= 1.0 and np.median(halves) < 0.1
+    """To a sample of the slower logger, with noise, of either sign."""
+    for seed in range(40):
+        lag = 12.0 * np.sin(seed)
+        one, two = two_clocks(seed, lag)
+        there, back = clock_lag(one, two, 4.0, 30.0), clock_lag(two, one, 4.0, 30.0)
+        assert there[0] == pytest.approx(lag, abs=0.25) and back[0] == pytest.approx(-lag, abs=0.25)
+        assert there[1] > 0.9 and back[1] > 0.9
 
 
-def test_sign_of_the_lag_and_its_bounds() -> None:
+def test_bounds_of_the_lag() -> None:
     one, two = two_clocks(1, 12.0)
-    assert clock_lag(one, two, 4.0, 30.0)[0].mean == pytest.approx(12.0, abs=0.1)
-    assert clock_lag(two, one, 4.0, 30.0)[0].mean == pytest.approx(-12.0, abs=0.1)
     assert clock_lag(one, two, 4.0, 5.0)[1] < 0.9
-    with pytest.raises(InputError, match="a minute is needed"):
-        clock_lag(one.between(0.0, BEGIN + 20.0), two, 4.0, 30.0)
+    with pytest.raises(InputError, match="less than a minute"):
+        clock_lag(Signal(one.time[:200], one.values[:200], RATE), two, 4.0, 30.0)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +177,7 @@ def test_clocks_of_loggers_that_share_a_channel(lag: float, words: str, monkeypa
     if words:
         assert checked[0].time == records[0].begin and checked[0].duration == last.begin + 600.0 - records[0].begin
         assert re.search(words, str(checked[0]))
-        assert float(re.search(r"is ([\d.]+) \+/-", checked[0].text)[1]) == pytest.approx(abs(lag), abs=0.5)
+        assert f"is {abs(lag):g} s" in checked[0].text
     tables["b"]["P"] = 1e6 + 2e5 * gusts(n, 10, 60.0)
     monkeypatch.setattr(quality, "LONGEST_LAG", 100.0)
     other = doubtful(measurements_of(tables, given), given)

@@ -180,7 +180,8 @@ def calibrate_roots(records: Sequence[MeasuredRecord], turbine: Turbine, blade: 
         M, turns = root_moments(turbine, psi + 2.0 * np.pi * (blade - 1) / turbine.n_blades, pitch), int(turn.max())
         whole_turns.append([x[turn < turns] for x in (s, M, count + np.floor(turn))])
         count += turns
-    return calibrate(names, *map(np.concatenate, zip(*whole_turns, strict=True)), date=records[0].begin)
+    s, M, turn = (np.concatenate(of_records) for of_records in zip(*whole_turns, strict=True))
+    return calibrate(names, s, M, turn, records[0].begin)
 
 
 def calibrate_tower(record: MeasuredRecord, turbine: Turbine) -> Calibration:

@@ -38,11 +38,6 @@ class Signal:
         """Values that are there."""
         return self.values[np.isfinite(self.values)]
 
-    def between(self, begin: float, end: float) -> Signal:
-        """Samples from ``begin``, included, to ``end``, excluded [s]."""
-        inside = (self.time >= begin) & (self.time < end)
-        return Signal(self.time[inside], self.values[inside], self.rate)
-
 
 @dataclass(frozen=True)
 class MeasuredRecord:
@@ -133,7 +128,8 @@ def _records(files: Mapping[str, Mapping[str, Columns]], channels: ChannelMap) -
         mine = np.flatnonzero(begins == begin)
         if len(mine) < 0.5 * TEN_MINUTES * leader.rate:
             continue
-        end, signals = float(leader.time[mine].max()) + 1.0 / leader.rate, {}
+        end = float(leader.time[mine].max()) + 1.0 / leader.rate
+        signals: dict[str, Signal] = {}
         for time, values, rate, _ in loggers:
             inside = (time >= begin - 0.25 / rate) & (time < end - 0.25 / rate)
             signals |= {name: Signal(time[inside], x[inside], rate) for name, x in values.items()}

@@ -118,10 +118,10 @@ def _origin(
     machine = next(key for name, key, _ in channels.sensors() if name == "generator_power")
     if logger != machine and np.ptp(wind.time) > HALF_HOUR:
         lag, best = clock_lag(wind, power, 0.1, 2.5 * HALF_HOUR)
-        if best > max(related + 0.3, CLOSELY) and abs(lag.mean) > 5.0 * MINUTE:
+        if best > max(related + 0.3, CLOSELY) and abs(lag) > 5.0 * MINUTE:
             text = (
                 f"logger {machine!r} fits the wind of column {column!r} best when it is "
-                f"{abs(lag.mean) / 60.0:.0f} min {'earlier' if lag.mean > 0.0 else 'later'} "
+                f"{abs(lag) / 60.0:.0f} min {'earlier' if lag > 0.0 else 'later'} "
                 f"(correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
             )
             yield issue_of_all("clock", records, "generator_power", text)

@@ -6,7 +6,6 @@ Reference: docs/theory/validation.md (V-1 to V-3).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +13,6 @@ from scipy.signal import correlate, correlation_lags
 
 from meltemi.core.errors import InputError
 from meltemi.core.units import display
-from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.validation.channel_map import ChannelMap, Sensor, known_channel
 from meltemi.validation.issues import DataIssue, issue_of_all, moment
 from meltemi.validation.measurements import Float, MeasuredRecord, Signal, joined
@@ -27,8 +25,6 @@ FLOOR = 0.2  # least deviation of a window over that of the whole series, so tha
 JUMP = 0.5  # share of a spike's distance that one sample covers, at its begin and at its end: gusts take longer
 STUCK = 30.0  # [s] for which a sensor must not be constant
 STUCK_MACHINE = 300.0  # [s] for power and rotor speed, which are displayed in steps and may be steady
-PARTS = 8  # of a series, whose lags give the interval of the lag
-SMOOTH = 9  # samples over which series are smoothed before they are correlated, so that the peak is a parabola
 CORRELATED = 0.5  # correlation of two loggers' records of one channel from which on their lag is known
 COMPARED = 30  # records, from the first, by which clocks are compared
 LONGEST_LAG = 7200.0  # [s] of clocks
@@ -125,50 +121,35 @@ def stuck(values: Float, rate: float, longest: float) -> NDArray[np.bool_]:
     return np.asarray(x.groupby(run).transform("size") > longest * rate)
 
 
-def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> tuple[MeanEstimate, float]:
-    """Time [s] by which the stamps of ``other`` are late, with its interval of 95 %, and the correlation (V-3).
+def clock_lag(reference: Signal, other: Signal, rate: float, longest: float) -> tuple[float, float]:
+    """Time [s] by which the stamps of ``other`` are late, to a sample at ``rate`` [Hz], and the correlation (V-3).
 
-    Both are compared at ``rate`` [Hz], with lags of either sign up to ``longest`` [s].
+    Lags of either sign up to ``longest`` [s] are compared.
 
     Raises:
-      InputError: the series overlap by less than a minute.
+      InputError: a signal has no samples, or they overlap by less than a minute.
     """
-    a, b = (_on_grid(signal, rate) for signal in (reference, other))
-    lag, correlation = _lag(a, b, 0.0, longest)
-    edges = np.linspace(max(a.time[0], b.time[0] - lag), min(a.time[-1], b.time[-1] - lag), PARTS + 1)
-    if edges[-1] - edges[0] < 60.0:
-        raise InputError(f"the series overlap by {edges[-1] - edges[0]:.3g} s; a minute is needed")
-    parts = [(a.between(begin, end), b.between(begin + lag, end + lag)) for begin, end in pairwise(edges)]
-    lags = [_lag(x, y, lag, 20.0 / rate)[0] for x, y in parts if np.std(x.values) > 0.0 and np.std(y.values) > 0.0]
-    return mean_interval(lags), correlation
-
-
-def _on_grid(signal: Signal, rate: float) -> Signal:
-    """Smoothed values at equal times; missing ones are interpolated, here only."""
-    order = np.argsort(signal.time, kind="stable")
-    order = order[np.isfinite(signal.values[order])]
-    if len(order) < 2:
-        raise InputError("one of them has no samples")
-    t = signal.time[order]
-    grid, smooth = np.arange(t[0], t[-1] + 0.5 / rate, 1.0 / rate), np.hanning(SMOOTH + 2)[1:-1]
-    values = np.interp(grid, t, signal.values[order])
-    return Signal(grid, np.convolve(values, smooth / smooth.sum(), "same"), rate)
-
-
-def _lag(a: Signal, b: Signal, near: float, within: float) -> tuple[float, float]:
-    """[s] lag of the largest correlation, between samples by a parabola, and the correlation."""
-    x, y = a.values - a.values.mean(), b.values - b.values.mean()
+    (begin, x), (begin_y, y) = (_on_grid(signal, rate) for signal in (reference, other))
     pairs = ((x, y), (x * x, np.ones(len(y))), (np.ones(len(x)), y * y), (np.ones(len(x)), np.ones(len(y))))
-    product, power_x, power_y, common = (correlate(q, p, method="fft") for p, q in pairs)
-    lags = correlation_lags(len(y), len(x)) / a.rate + (b.time[0] - a.time[0])
-    allowed = (np.abs(lags - near) <= within + 1e-6) & (common > max(0.25 * min(len(x), len(y)), 5.0))
+    product, power_x, power_y, common = (correlate(b, a, method="fft") for a, b in pairs)
+    lags = correlation_lags(len(y), len(x)) / rate + (begin_y - begin)
+    allowed = (np.abs(lags) <= longest) & (common > max(0.25 * min(len(x), len(y)), 60.0 * rate - 0.5))
+    if not allowed.any():
+        raise InputError("the series overlap by less than a minute")
     power = power_x * power_y
     r = np.where(allowed, product / np.sqrt(np.maximum(power, 1e-12 * power.max())), -np.inf)
-    k = int(np.argmax(r))
-    left, top, right = np.append(r, -np.inf)[[k - 1, k, k + 1]]
-    bend = left - 2.0 * top + right
-    part = 0.5 * (left - right) / bend if np.isfinite(bend) and bend < 0.0 else 0.0
-    return float(lags[k] + part / a.rate), float(top)
+    return float(lags[np.argmax(r)]), float(r.max())
+
+
+def _on_grid(signal: Signal, rate: float) -> tuple[float, Float]:
+    """Begin [s], and values about their mean at equal times; missing ones are interpolated, here only."""
+    there = np.flatnonzero(np.isfinite(signal.values))
+    if len(there) < 2:
+        raise InputError("one of them has no samples")
+    order = there[np.argsort(signal.time[there], kind="stable")]
+    t = signal.time[order]
+    x = np.interp(np.arange(t[0], t[-1] + 0.5 / rate, 1.0 / rate), t, signal.values[order])
+    return float(t[0]), x - x.mean()
 
 
 def _of_clocks(records: Sequence[MeasuredRecord], name: str) -> Iterator[DataIssue]:
@@ -181,15 +162,14 @@ def _of_clocks(records: Sequence[MeasuredRecord], name: str) -> Iterator[DataIss
     except InputError as error:
         yield issue_of_all("lag", records, name, f"not compared with that of the first logger: {error}")
         return
-    late, rest = abs(lag.mean), abs(lag.mean) % HALF_HOUR
+    late, rest = abs(lag), abs(lag) % HALF_HOUR
     if correlation < CORRELATED:
         text = f"correlation {correlation:.2f} with that of the first logger: another quantity, or clocks further apart"
-    elif late > max(lag.half_width, 0.5 / rate):
+        yield issue_of_all("clock", records, name, text)
+    elif late > 1.5 / rate:
         zone = late > 0.5 * HALF_HOUR and min(rest, HALF_HOUR - rest) < 60.0
         text = (
-            f"logger {logger!r} is {late:.4g} +/- {lag.half_width:.2g} s {'later' if lag.mean > 0.0 else 'earlier'} "
-            f"than the first one (correlation {correlation:.2f}); correct its {'zone or stamp' if zone else 'clock'}"
+            f"logger {logger!r} is {late:.4g} s {'later' if lag > 0.0 else 'earlier'} than the first one (correlation "
+            f"{correlation:.2f}); correct its {'zone or stamp' if zone else 'clock'}"
         )
-    else:
-        return
-    yield issue_of_all("lag" if correlation >= CORRELATED and late < LATE else "clock", records, name, text)
+        yield issue_of_all("clock" if late > LATE else "lag", records, name, text)
