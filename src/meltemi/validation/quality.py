@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.signal import correlate, correlation_lags
 
 from meltemi.core.errors import InputError
@@ -96,19 +97,18 @@ def runs(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:
 
 def spikes(values: Float, rate: float) -> NDArray[np.bool_]:
     """(T,) samples that are spikes: far from the moving median, and for a short time only (V-1); rate in Hz."""
-    import pandas as pd
-
-    marked = np.zeros(len(values), bool)
-    if not np.isfinite(values).any():
+    marked, there = np.zeros(len(values), bool), np.flatnonzero(np.isfinite(values))
+    width = min(2 * round(0.5 * WINDOW * rate) + 1, 2 * (len(there) // 4) - 1)
+    if width < 5:
         return marked
-    x, width = pd.Series(values), 2 * round(0.5 * WINDOW * rate) + 1
-    distance = (x - x.rolling(width, min_periods=5, center=True).median()).abs()
-    least = FLOOR * (x - x.median()).abs().median() + 1e-9 * x.abs().max()
-    deviation = NORMAL * distance.rolling(width, min_periods=5, center=True).median().clip(lower=least)
-    step = np.nan_to_num(np.abs(np.diff(values, prepend=np.nan, append=np.nan)), nan=np.inf)
-    for begin, end in runs((distance > DEVIATIONS * deviation).to_numpy()):
+    x = values[there]
+    distance = np.abs(x - median_filter(x, width, mode="mirror"))
+    least = FLOOR * NORMAL * np.median(np.abs(x - np.median(x))) + 1e-9 * np.abs(x).max()
+    deviation = np.maximum(NORMAL * median_filter(distance, width, mode="mirror"), least)
+    step = np.abs(np.diff(x, prepend=np.inf, append=np.inf))  # at both ends any jump may have been
+    for begin, end in runs(distance > DEVIATIONS * deviation):
         sharp = min(step[begin], step[end]) >= JUMP * distance[begin:end].max()
-        marked[begin:end] = sharp and end - begin <= max(LONGEST * rate, 1.0)
+        marked[there[begin:end]] = sharp and end - begin <= max(LONGEST * rate, 1.0)
     return marked
 
 

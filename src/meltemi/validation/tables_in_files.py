@@ -60,18 +60,16 @@ def read_csv(path: Path) -> Columns:
     if not lines:
         raise InputError(f"{path}: is empty; expected a row of names and rows of numbers")
     separator = max("\t;,", key=lines[0].count)
-    rows = list(csv.reader(lines, delimiter=separator))
-    first = next((i for i, row in enumerate(rows) if i and any(map(NUMBER.fullmatch, row))), 0)
+    first = next((i for i, x in enumerate(lines) if i and any(map(NUMBER.fullmatch, x.split(separator)))), 0)
     if not first:
         raise InputError(f"{path}: expected a row of names and rows of numbers, found no row of numbers")
-    for row in rows[first:]:  # pandas fills short rows
-        if len(row) != len(rows[0]):
-            text = separator.join(row)[:60]
-            raise InputError(f"{path}: expected {len(rows[0])} cells in each row, found {len(row)}: {text!r}")
+    cells = len(next(csv.reader(lines[:1], delimiter=separator)))
+    for line in lines[first:]:  # pandas fills short rows
+        if (n := line.count(separator) + 1) != cells:
+            raise InputError(f"{path}: expected {cells} cells in each row, found {n}: {line[:60]!r}")
     text = "\n".join([lines[0], *lines[first:]])
     decimal = "," if separator == ";" and re.search(r"\d,\d", text) else "."
-    settings = {"sep": separator, "decimal": decimal, "skipinitialspace": True}
-    frame = pd.read_csv(StringIO(text), **settings, float_precision="round_trip", low_memory=False)
+    frame = pd.read_csv(StringIO(text), sep=separator, decimal=decimal, skipinitialspace=True, low_memory=False)
     return {str(name).strip(): np.asarray(x) for name, x in frame.items()}
 
 
