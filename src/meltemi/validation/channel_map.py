@@ -117,9 +117,12 @@ class Logger(Record):
         known: dict[str, Sensor] = {}
         for name, sensor in channels.items():
             channel, unit = known_channel(name), sensor.si[0]
-            if (ours := channel.name if channel else name) in known:
-                raise ValueError(f"{name}: the logger has {ours} twice; choose one of the columns")
-            known[ours] = sensor
+            key = channel.name if channel else name
+            if key in known or "@" in key:
+                raise ValueError(
+                    f"{name}: the logger has {key} twice, or there is an @ in the name; choose another one"
+                )
+            known[key] = sensor
             if channel is None and sensor.kind in ("gauge", "power", "rpm", "position"):
                 names = [known for c in every_kind().values() for known in c.names]
                 raise ValueError(f"no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")

@@ -125,13 +125,13 @@ def calibrate(
     left = np.stack([_fit(s[part != k], M[part != k], coupled) for k in np.unique(part)])
     half = student.ppf(0.975, n - 1) * np.sqrt((n - 1.0) * left.var(axis=0))
     rest = s - best[0] - M @ np.linalg.pinv(best[1:]).T
-    range_, share = shape.std(axis=0), 1.0 - rest.var(axis=0) / np.maximum(s.var(axis=0), 1e-300)
+    deviation, share = shape.std(axis=0), 1.0 - rest.var(axis=0) / np.maximum(s.var(axis=0), 1e-300)
     notes: list[str] = []
     use: list[Use] = []
     for i, name in enumerate(channels):
         why = ""
-        if range_[i] < LEAST_RANGE:
-            why = f"gravity moves it by {100.0 * range_[i]:.1f} % of its largest moment only; turn at another pitch"
+        if deviation[i] < LEAST_RANGE:
+            why = f"gravity moves it by {100.0 * deviation[i]:.1f} % of its largest moment only; turn at another pitch"
         elif share[i] < LEAST_SHARE:
             why = f"gravity explains {100.0 * max(share[i], 0.0):.0f} % of its variance only"
         elif best[1 + i, i] + half[1 + i, i] < 0.0:

@@ -125,15 +125,15 @@ def _records(files: Mapping[str, Mapping[str, Columns]], channels: ChannelMap) -
         if len(time) and 0.5 * TEN_MINUTES <= np.ptp(time) + 1.0 / leader.rate <= TEN_MINUTES + 1.5 / leader.rate:
             begins[rows] = time.min()
     for begin in np.unique(begins).tolist():
-        mine = np.flatnonzero(begins == begin)
-        if len(mine) < 0.5 * TEN_MINUTES * leader.rate:
+        chosen = np.flatnonzero(begins == begin)
+        if len(chosen) < 0.5 * TEN_MINUTES * leader.rate:
             continue
-        end = float(leader.time[mine].max()) + 1.0 / leader.rate
+        end = float(leader.time[chosen].max()) + 1.0 / leader.rate
         signals: dict[str, Signal] = {}
         for time, values, rate, _ in loggers:
             inside = (time >= begin - 0.25 / rate) & (time < end - 0.25 / rate)
             signals |= {name: Signal(time[inside], x[inside], rate) for name, x in values.items()}
-        file = next(name for name, rows in leader.files.items() if mine[0] < rows.stop)
+        file = next(name for name, rows in leader.files.items() if chosen[0] < rows.stop)
         records.append(MeasuredRecord(begin, TEN_MINUTES, file, signals))
     return records
 
