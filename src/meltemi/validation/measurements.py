@@ -108,7 +108,7 @@ class _Rows(NamedTuple):
     time: Float
     values: dict[str, Float]
     rate: float
-    files: dict[str, slice]  # rows of each
+    files: dict[str, slice]  # rows of each, in the order of their first stamps
 
 
 def _records(files: Mapping[str, Mapping[str, Columns]], channels: ChannelMap) -> list[MeasuredRecord]:
@@ -139,7 +139,7 @@ def _records(files: Mapping[str, Mapping[str, Columns]], channels: ChannelMap) -
 
 
 def _rows(files: Mapping[str, Columns], logger: Logger, sensors: Mapping[str, Sensor]) -> _Rows:
-    """All rows of a logger; its files are in the order of their first stamps."""
+    """All rows of a logger."""
     tables = {file: _table(file, columns, logger, sensors) for file, columns in files.items()}
     steps = {file: step[step > 0.0] for file, (time, _) in tables.items() if np.any((step := np.diff(time)) > 0.0)}
     if not steps:

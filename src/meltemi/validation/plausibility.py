@@ -33,20 +33,15 @@ POWER_COEFFICIENT = 0.4  # for the power that a wind speed lets expect
 def ranges(turbine: Turbine) -> dict[str, tuple[float, float]]:
     """Least and largest magnitude, SI, of the 95 % quantile of channels in operation; wide: errors are factors."""
     omega, power, ratio = rated_rotor_speed(turbine), turbine.rated_power, turbine.drivetrain.gear_ratio
-    thrust, torque = power / 5.0, power / omega / ratio  # at a speed of 10 m/s and half of it lost to the wake
-    tower = thrust * turbine.hub_height
-    blade = max(GRAVITY * first_moment(turbine)[2], thrust * turbine.rotor_radius / 2.0 / turbine.n_blades)
-    limits = {
-        "generator_power": (0.005 * power, 2.0 * power),
-        "rotor_speed": (0.2 * omega, 2.0 * omega),
-        "generator_speed": (0.2 * omega * ratio, 2.0 * omega * ratio),
-        "generator_torque": (0.005 * torque, 5.0 * torque),
-        "tower_base_moment_fore_aft": (1e-3 * tower, 10.0 * tower),
-    }
-    for b in range(1, turbine.n_blades + 1):
-        roots = [f"root_moment_{name}_{b}" for name in ("flap", "edge", "out_of_plane", "in_plane")]
-        limits |= {f"pitch_{b}": (0.0, np.pi), **dict.fromkeys(roots, (0.005 * blade, 10.0 * blade))}
-    return limits
+    thrust, blades = power / 5.0, range(1, turbine.n_blades + 1)  # at 10 m/s, half of it lost to the wake
+    root = 2.0 * max(GRAVITY * first_moment(turbine)[2], thrust * turbine.rotor_radius / 2.0 / turbine.n_blades)
+    loads = {f"root_moment_{name}_{b}": root for name in ("flap", "edge", "out_of_plane", "in_plane") for b in blades}
+    loads |= {"generator_power": power, "generator_torque": power / omega / ratio}
+    loads |= {"tower_base_moment_fore_aft": thrust * turbine.hub_height}
+    speeds = {"rotor_speed": omega, "generator_speed": omega * ratio}
+    limits = {name: (0.005 * size, 5.0 * size) for name, size in loads.items()}
+    limits |= {name: (0.2 * size, 2.0 * size) for name, size in speeds.items()}
+    return limits | {f"pitch_{b}": (0.0, np.pi) for b in blades}
 
 
 def plausible(records: Sequence[MeasuredRecord], channels: ChannelMap, turbine: Turbine) -> list[DataIssue]:
