@@ -96,7 +96,7 @@ def test_spikes_are_detected_where_they_are(length: int) -> None:
 
 def test_every_spike_is_an_issue_with_its_value() -> None:
     x = 10.0 + gusts(6000, 4)
-    x[1000], x[4000] = 60.0, -40.0
+    x[1000], x[4000] = 60.0, -40.0  # in the unit of the map
     checked = measured(t=BEGIN + np.arange(6000) / RATE, u=x)
     assert [issue.text.split(",")[0] for issue in checked] == ["60 m/s", "-40 m/s"]
     assert [issue.time - BEGIN for issue in checked] == pytest.approx([100.0, 400.0])

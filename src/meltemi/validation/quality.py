@@ -13,7 +13,6 @@ from scipy.ndimage import median_filter
 from scipy.signal import correlate, correlation_lags
 
 from meltemi.core.errors import InputError
-from meltemi.core.units import display
 from meltemi.validation.channel_map import ChannelMap, Sensor, known_channel
 from meltemi.validation.issues import DataIssue, issue_of_all, moment
 from meltemi.validation.measurements import Float, MeasuredRecord, Signal, joined
@@ -75,16 +74,15 @@ def _of_samples(record: MeasuredRecord, name: str, sensor: Sensor) -> Iterator[D
     if sensor.kind != "position" and not (channel and channel.wrap):
         marked["spike"] = spikes(x, signal.rate)
         marked["stuck"] = stuck(x, signal.rate, longest) & ~(machine & (x == 0.0))
-    unit, factor = display(sensor.si[0])
     texts = {
         "missing": "no value; excluded from statistics",
-        "spike": f"{{:.4g}} {unit}, more than {DEVIATIONS:g} deviations from the median of {WINDOW:g} s; "
+        "spike": f"{{:.6g}} {sensor.unit}, more than {DEVIATIONS:g} deviations from the median of {WINDOW:g} s; "
         "look at it, and exclude the record if it is no load",
         "stuck": f"constant for more than {longest:g} s; exclude the record, or give kind: position if it rests",
     }
     for kind, each in marked.items():
         for begin, end in runs(each):
-            text, n = texts[kind].format(x[(begin + end) // 2] * factor), end - begin
+            text, n = texts[kind].format(x[(begin + end) // 2] / sensor.si[1]), end - begin
             label = f"{name} ({sensor.column})"
             yield DataIssue(kind, record.file, label, float(signal.time[begin]), n / signal.rate, n, text)
 
