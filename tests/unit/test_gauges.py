@@ -42,8 +42,8 @@ def about(axis: int, angle: float) -> Float:
 def record(signals: dict[str, Float], begin: float = 1e9) -> MeasuredRecord:
     n = len(next(iter(signals.values())))
     time = begin + np.arange(n) / RATE
-    series = {name: Signal(time, x) for name, x in signals.items()}
-    return MeasuredRecord(begin, n / RATE, "idle.csv", series, dict.fromkeys(signals, RATE))
+    series = {name: Signal(time, x, RATE) for name, x in signals.items()}
+    return MeasuredRecord(begin, n / RATE, "idle.csv", series)
 
 
 def noise(n: int, size: float, seed: np.random.Generator) -> Float:
@@ -57,7 +57,6 @@ def idle(
     seed: int,
     *,
     pitches: tuple[float, ...] = (0.05, 1.4),
-    azimuth_error: float = 0.0,
     zero: Float = ZERO,
 ) -> list[MeasuredRecord]:
     """Records of twelve revolutions at 1.5 rpm and each pitch angle."""
@@ -68,7 +67,7 @@ def idle(
         theta = np.full(n, pitch)
         s = zero + root_moments(turbine, psi, theta) @ K.T + noise(n, 5e4, chance)
         names = ("root_moment_flap_1", "root_moment_edge_1", "azimuth", "pitch_1")
-        values = (s[:, 0], s[:, 1], (psi - azimuth_error) % (2.0 * np.pi), theta)
+        values = (s[:, 0], s[:, 1], psi % (2.0 * np.pi), theta)
         records.append(record(dict(zip(names, values, strict=True))))
     return records
 
@@ -212,12 +211,6 @@ def test_wrong_signs_are_refused(turbine: Turbine) -> None:
         each["azimuth"].values[:] *= -1.0
     with pytest.raises(InputError, match="direction of azimuth"):
         calibrate_roots(records, turbine)
-
-
-def test_error_of_the_azimuth_is_seen(turbine: Turbine) -> None:
-    assert abs(calibrate_roots(idle(turbine, 6), turbine).angle_error) < np.radians(0.5)
-    late = calibrate_roots(idle(turbine, 6, azimuth_error=np.radians(4.0)), turbine)
-    assert late.angle_error == pytest.approx(np.radians(4.0), rel=0.15)
 
 
 def test_drift_between_dates(turbine: Turbine) -> None:

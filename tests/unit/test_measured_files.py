@@ -15,9 +15,9 @@ from scipy.io import savemat
 from meltemi import InputError
 from meltemi.core.hdf5 import to_netcdf
 from meltemi.core.yamlfile import write_record
-from meltemi.validation.channel_map import ChannelMap, Sensor, TimeStamps, read_channel_map
-from meltemi.validation.measurements import Measurements, measurements_of, read_measurements
-from meltemi.validation.quality import inspected
+from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, TimeStamps, read_channel_map
+from meltemi.validation.measurements import MeasuredRecord, Signal, measurements_of, read_measurements
+from meltemi.validation.quality import doubtful
 
 BEGIN = 1_714_564_800.0
 """2024-05-01 12:00:00 UTC."""
@@ -94,20 +94,24 @@ KINDS: dict[str, tuple[str, Callable[[Path], None], dict[str, Any], str]] = {
 def test_every_format_has_the_same_numbers(kind: str, tmp_path: Path) -> None:
     name, write, stamps, prefix = KINDS[kind]
     write(tmp_path / name)
-    (series,) = read_measurements(tmp_path, channel_map(stamps, prefix)).loggers
-    assert series.time == pytest.approx(TIME, abs=1e-4)
-    assert series.rate == pytest.approx(RATE, rel=1e-3)
-    assert series.values["generator_power"] == pytest.approx(1e3 * POWER, nan_ok=True)
-    assert series.values["wind_speed"] == pytest.approx(WIND)
-    assert series.files == (name,)
+    (record,) = read_measurements(tmp_path, channel_map(stamps, prefix))
+    power, wind = record["generator_power"], record["wind_speed"]
+    assert power.time == pytest.approx(TIME, abs=1e-4) and wind.time == pytest.approx(TIME, abs=1e-4)
+    assert power.rate == pytest.approx(RATE, rel=1e-3)
+    assert power.values == pytest.approx(1e3 * POWER, nan_ok=True) and wind.values == pytest.approx(WIND)
+    assert record.file == name
+
+
+def wind_of(records: list[MeasuredRecord]) -> Signal:
+    (record,) = records
+    return record["wind_speed"]
 
 
 def test_a_data_frame_and_columns() -> None:
-    (series,) = measurements_of({"scada": frame()}, channel_map({"column": "t"})).loggers
-    assert series.time == pytest.approx(TIME, abs=1e-3) and series.values["wind_speed"] == pytest.approx(WIND)
+    wind = wind_of(measurements_of({"scada": frame()}, channel_map({"column": "t"})))
+    assert wind.time == pytest.approx(TIME, abs=1e-3) and wind.values == pytest.approx(WIND)
     columns = {"t": TIME, "P": POWER, "u": WIND}
-    (series,) = measurements_of({"scada": columns}, channel_map({"column": "t", "form": "posix"})).loggers
-    assert series.time == pytest.approx(TIME, abs=1e-3)
+    assert wind_of(measurements_of({"scada": columns}, channel_map({"column": "t", "form": "posix"}))).time[0] == BEGIN
     with pytest.raises(InputError, match="no table of logger 'scada': did you mean 'skada'"):
         measurements_of({"skada": columns}, channel_map({"column": "t"}))
 
@@ -115,8 +119,8 @@ def test_a_data_frame_and_columns() -> None:
 def test_sign_gain_and_offset() -> None:
     columns = {"t": TIME, "P": POWER, "u": WIND}
     changed = channel_map({"column": "t", "form": "posix"}, sign=-1, gain=2.0, offset=5.0)
-    (series,) = measurements_of({"scada": columns}, changed).loggers
-    assert series.values["generator_power"] == pytest.approx(-1e3 * (2.0 * POWER + 5.0), nan_ok=True)
+    (record,) = measurements_of({"scada": columns}, changed)
+    assert record["generator_power"].values == pytest.approx(-1e3 * (2.0 * POWER + 5.0), nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -131,8 +135,8 @@ def test_sign_gain_and_offset() -> None:
 )
 def test_zones_and_ends_of_periods(stamps: dict[str, Any], texts: list[str], shift: float) -> None:
     columns = {"t": np.array(texts), "P": POWER, "u": WIND}
-    (series,) = measurements_of({"scada": columns}, channel_map({"column": "t", **stamps})).loggers
-    assert series.time == pytest.approx(TIME + shift, abs=1e-3)
+    wind = wind_of(measurements_of({"scada": columns}, channel_map({"column": "t", **stamps})))
+    assert wind.time == pytest.approx(TIME + shift, abs=1e-3)
 
 
 @pytest.mark.parametrize(("stamp", "shift"), [("begin", 0.0), ("end", -600.0)])
@@ -140,23 +144,22 @@ def test_dates_in_names_of_files(stamp: str, shift: float, tmp_path: Path) -> No
     for i in (1, 0):
         write_csv(tmp_path / f"scada_20240501_12{i}0.csv", [str(k / RATE) for k in range(N)])
     stamps = {"column": "t", "form": "seconds", "stamp": stamp, "name": "scada_%Y%m%d_%H%M.csv"}
-    measured = read_measurements(tmp_path, channel_map(stamps))
-    assert measured.loggers[0].time[[0, N]] == pytest.approx([BEGIN + shift, BEGIN + 600.0 + shift], abs=1e-3)
-    records = measured.records()
+    records = read_measurements(tmp_path, channel_map(stamps))
+    assert [r.begin - BEGIN for r in records] == pytest.approx([shift, 600.0 + shift], abs=1e-3)
     assert [r.file for r in records] == ["scada_20240501_1200.csv", "scada_20240501_1210.csv"]
     assert [len(r["wind_speed"].values) for r in records] == [N, N]
     write_csv(tmp_path / "other.csv", [str(k) for k in range(N)])
-    with pytest.raises(InputError, match=r"other.csv: its name has no date"):
+    with pytest.raises(InputError, match=r"other.csv: .*does not match format"):
         read_measurements(tmp_path, channel_map(stamps))
 
 
-def long_file(n: int, rate: float = RATE, begin: float = BEGIN) -> Measurements:
+def long_file(n: int, rate: float = RATE, begin: float = BEGIN) -> list[MeasuredRecord]:
     columns = {"t": begin + np.arange(n) / rate, "P": np.arange(n) * 1.0, "u": np.arange(n) * 1.0}
     return measurements_of({"scada": columns}, channel_map({"column": "t", "form": "posix"}))
 
 
 def test_long_files_are_cut_at_whole_periods() -> None:
-    records = long_file(4 * N, begin=BEGIN + 240.0).records()
+    records = long_file(4 * N, begin=BEGIN + 240.0)
     assert [r.begin - BEGIN for r in records] == [
         0.0,
         600.0,
@@ -171,9 +174,9 @@ def test_long_files_are_cut_at_whole_periods() -> None:
 
 def test_a_short_file_is_a_record_with_all_its_samples() -> None:
     """Also with the sample at its end, as loggers write it."""
-    (record,) = long_file(N + 1, begin=BEGIN + 17.0).records()
-    assert len(record["wind_speed"].values) == N + 1 and record["wind_speed"].statistics()["mean"] == 0.5 * N
-    assert not long_file(N // 3).records()
+    (record,) = long_file(N + 1, begin=BEGIN + 17.0)
+    assert len(record["wind_speed"].values) == N + 1 and np.mean(record["wind_speed"].values) == 0.5 * N
+    assert not long_file(N // 3)
 
 
 def test_short_files_that_follow_each_other_are_joined(tmp_path: Path) -> None:
@@ -181,13 +184,16 @@ def test_short_files_that_follow_each_other_are_joined(tmp_path: Path) -> None:
     for minute in (*range(8), *range(9, 15)):
         rows = [f"{BEGIN + 60.0 * minute + k / RATE!r},1,2" for k in range(120)]
         (tmp_path / f"{minute:02d}.csv").write_text("\n".join(["t,P,u", *rows]))
-    measured = read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
-    assert [(r.file, len(r["wind_speed"].values)) for r in measured.records()] == [("00.csv", 1080), ("09.csv", 600)]
-    (gap,) = [issue for issue in inspected(measured).issues if issue.kind == "gap"]
-    assert (gap.file, gap.samples) == ("09.csv", 120) and "before row 1 of the file" in gap.text
+    given = channel_map({"column": "t", "form": "posix"})
+    records = read_measurements(tmp_path, given)
+    assert [(r.file, len(r["wind_speed"].values)) for r in records] == [("00.csv", 1080), ("10.csv", 600)]
+    gap, rest = [issue for issue in doubtful(records, given) if issue.kind == "gap"]
+    assert (gap.file, gap.samples) == ("00.csv", 120) and "missing after 2024-05-01 12:07:59.5" in gap.text
+    assert (rest.file, rest.samples) == ("10.csv", 600)  # the file ends after five minutes
     (tmp_path / "08.csv").write_text("\n".join(["t,P,u", *(f"{BEGIN + 480.0 + k / RATE!r},1,2" for k in range(120))]))
-    measured = read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
-    assert [(r.file, len(r["wind_speed"].values)) for r in measured.records()] == [("00.csv", 1200), ("00.csv", 600)]
+    given = channel_map({"column": "t", "form": "posix"})
+    records = read_measurements(tmp_path, given)
+    assert [(r.file, len(r["wind_speed"].values)) for r in records] == [("00.csv", 1200), ("10.csv", 600)]
 
 
 def test_rates_of_loggers_differ() -> None:
@@ -199,9 +205,9 @@ def test_rates_of_loggers_differ() -> None:
     }
     fast = {"t": BEGIN + np.arange(12000) / 20.0, "a": np.where(np.arange(12000) == 5, -999.0, 0.2)}
     tables = {"scada": {"t": TIME, "P": POWER, "u": WIND}, "mast": fast}
-    (record,) = measurements_of(tables, ChannelMap(**channels)).records()
-    assert record.rates["shear"] == pytest.approx(20.0) and record.rates["wind_speed"] == pytest.approx(2.0)
-    assert len(record["shear"].values) == 12000 and record["shear"].missing == 1
+    (record,) = measurements_of(tables, ChannelMap(**channels))
+    assert record["shear"].rate == pytest.approx(20.0) and record["wind_speed"].rate == pytest.approx(2.0)
+    assert len(record["shear"].values) == 12000 and len(record["shear"].finite) == 11999
     with pytest.raises(KeyError, match="did you mean 'wind_speed'"):
         record["wind_sped"]
 
@@ -210,8 +216,8 @@ def test_a_map_is_written_and_read(tmp_path: Path) -> None:
     first = channel_map({"column": "t"})
     write_record(first, tmp_path / "map.yaml")
     assert read_channel_map(tmp_path / "map.yaml") == first
-    sensor = first.sensor("wind_speed")
-    assert sensor is not None and sensor.upwind == 67.5 and first.sensor("rotor_speed") is None
+    sensors = {name: sensor for name, _, sensor in first.sensors()}
+    assert list(sensors) == ["generator_power", "wind_speed"] and sensors["wind_speed"].upwind == 67.5
 
 
 @pytest.mark.parametrize(
@@ -220,7 +226,7 @@ def test_a_map_is_written_and_read(tmp_path: Path) -> None:
         ({"unit": "kWatt"}, "unknown unit 'kWatt': did you mean 'kW'"),
         ({"unit": "rpm"}, "unit rpm of column 'P', but generator_power is in kW"),
         ({"axes": "coned blade axes"}, "column 'P' is in coned blade axes, but generator_power is in -"),
-        ({"gain": -1.0}, "sign: -1 reverses"),
+        ({"gain": -1.0}, "gain"),
         ({"sign": 2}, "sign"),
     ],
 )
@@ -234,13 +240,15 @@ def test_wrong_names_and_stamps() -> None:
     with pytest.raises(InputError, match="no channel 'GenPwrr' for a power: did you mean 'GenPwr'"):
         ChannelMap(loggers={"a": {"time": {"column": "t"}, "channels": {"GenPwrr": sensor}}})
     for stamps, words in (
-        ({}, "give the column of the time stamps"),
+        ({"column": "t", "form": "seconds"}, "go together"),
         ({"column": "t", "zone": "Europe/Berlon"}, "no time zone"),
         ({"column": "t", "zone": "+1"}, r"such as \+01:00"),
-        ({"column": "t", "name": "%Y.csv"}, "dates of its own"),
+        ({"column": "t", "name": "%Y.csv"}, "go together"),
     ):
         with pytest.raises(InputError, match=words):
             TimeStamps(**stamps)
+    with pytest.raises(InputError, match="has generator_power twice"):
+        Logger(time={"column": "t"}, channels={"GenPwr": sensor, "generator_power": sensor})
     with pytest.raises(InputError, match="wind: no channel 'wind' in the map"):
         ChannelMap(**channel_map({"column": "t"}).content() | {"wind": "wind"})
 
@@ -257,8 +265,8 @@ def test_wrong_files(tmp_path: Path) -> None:
         ("t,P,u\n", "no row of numbers"),
         ("t,P,v\n2024-05-01T00:00,1,2\n", "a.csv: no column 'u' for wind_speed"),
         ("t,P,u\n2024-05-01T00:00,1\n", "expected 3 cells"),
-        ("t,P,u\n2024-05-01T00:00,1,1\n2024-05-01T00:01,x,1\n", "column 'P': expected numbers, found 'x'"),
-        ("t,P,u\n2024-05-41T00:00,1,1\n", "column 't': not a date"),
+        ("t,P,u\n2024-05-01T00:00,1,1\n2024-05-01T00:01,x,1\n", "'P' of generator_power: expected numbers, found 'x'"),
+        ("t,P,u\n2024-05-41T00:00,1,1\n", "column 't'.*2024-05-41|day is out of range"),
         ("t,P,u\n1,1,1\n2,1,1\n", "expected dates such as .*form: posix"),
         ("t,P,u\n2024-05-01T00:00,1,1\n", "sampling rate cannot be seen"),
     ):
@@ -274,15 +282,19 @@ def test_wrong_files(tmp_path: Path) -> None:
         read_measurements(tmp_path / "a.xls", given)
 
 
-def test_columns_of_other_lengths_and_rates() -> None:
+def test_files_of_another_rate(tmp_path: Path) -> None:
+    for name, rate in (("a.csv", 2.0), ("b.csv", 50.0)):
+        rows = [f"{BEGIN + k / rate!r},1,2" for k in range(1200 if name == "a.csv" else 600)]
+        (tmp_path / name).write_text("\n".join(["t,P,u", *rows]))
+    with pytest.raises(InputError, match="b.csv: its time stamps have 50 Hz, other files 2 Hz"):
+        read_measurements(tmp_path, channel_map({"column": "t", "form": "posix"}))
+
+
+def test_columns_of_other_lengths_and_texts() -> None:
     given = channel_map({"column": "t", "form": "posix"})
-    with pytest.raises(InputError, match="column 'u' has 600 samples, the first one has 1200"):
+    with pytest.raises(InputError, match="column 'u' has 600 samples for 1200 times"):
         measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND[::2]}}, given)
-    with pytest.raises(InputError, match="column 't' has 600 times, the channels have 1200 samples"):
+    with pytest.raises(InputError, match="column 'P' has 1200 samples for 600 times"):
         measurements_of({"scada": {"t": TIME[::2], "P": POWER, "u": WIND}}, given)
-    fast = given.content()
-    fast["loggers"]["scada"]["rate"] = 50.0
-    with pytest.raises(InputError, match="its time stamps have 2 Hz, the channel map 50 Hz"):
-        measurements_of({"scada": {"t": TIME, "P": POWER, "u": WIND}}, ChannelMap(**fast))
     with pytest.raises(InputError, match="column 'P' of generator_power: expected numbers"):
         measurements_of({"scada": {"t": TIME, "P": np.array(["x"] * N), "u": WIND}}, given)

@@ -12,14 +12,15 @@ from scipy.signal import lfilter
 
 from meltemi import InputError, Turbine
 from meltemi.reports.blocks import Table
-from meltemi.validation.channel_map import ChannelMap
-from meltemi.validation.issues import issues_table
-from meltemi.validation.measurements import Measurements, Signal, measurements_of
-from meltemi.validation.plausibility import plausible, require_plausible
-from meltemi.validation.quality import QualityRules, clock_lag, inspected, spikes, stuck
+from meltemi.validation import quality
+from meltemi.validation.channel_map import ChannelMap, known_channel
+from meltemi.validation.issues import DataIssue, issues_table
+from meltemi.validation.measurements import MeasuredRecord, Signal, measurements_of
+from meltemi.validation.plausibility import plausible
+from meltemi.validation.quality import clock_lag, doubtful, spikes, stuck
 
 Float = NDArray[np.float64]
-RATE, BEGIN = 10.0, 1.7e9
+RATE, BEGIN = 10.0, 1_699_999_800.0
 STAMPS = {"column": "t", "form": "posix"}
 
 
@@ -29,48 +30,51 @@ def gusts(n: int, seed: int, time_scale: float = 100.0) -> Float:
     return np.asarray(lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], np.random.default_rng(seed).standard_normal(n)))
 
 
-def measured(kind: str = "sonic", unit: str = "m/s", **columns: Any) -> Measurements:
-    given = ChannelMap(
-        loggers={"a": {"time": STAMPS, "channels": {"v": {"column": "u", "unit": unit, "kind": kind}}}}, wind="v"
-    )
-    return measurements_of({"a": columns}, given)
+def issues_of(channels: dict[str, Any], **columns: Any) -> list[DataIssue]:
+    given = ChannelMap(loggers={"a": {"time": STAMPS, "channels": channels}}, wind=known_name(next(iter(channels))))
+    return doubtful(measurements_of({"a": columns}, given), given)
 
 
-def kinds(checked: Measurements) -> list[str]:
-    return [issue.kind for issue in checked.issues]
+def known_name(name: str) -> str:
+    channel = known_channel(name)
+    return channel.name if channel else name
+
+
+def measured(**columns: Any) -> list[DataIssue]:
+    return issues_of({"v": {"column": "u", "unit": "m/s", "kind": "sonic"}}, **columns)
+
+
+def kinds(issues: list[DataIssue]) -> list[str]:
+    return [issue.kind for issue in issues]
 
 
 def test_clean_data_have_no_issues() -> None:
     """Turbulence, one revolution per 2 s, steps of a display: nothing is a spike, nothing is stuck."""
     time = BEGIN + np.arange(6000) / RATE
     for x in (8.0 + gusts(6000, 1), np.sin(np.pi * time), np.round(8.0 + gusts(6000, 2), 1)):
-        assert not kinds(inspected(measured(t=time, u=x)))
+        assert not kinds(measured(t=time, u=x))
 
 
 def test_gaps_duplicates_and_order_are_reported_not_repaired() -> None:
-    time = BEGIN + np.delete(np.arange(3000), np.arange(500, 540)) / RATE
+    time = BEGIN + np.delete(np.arange(6000), np.arange(500, 540)) / RATE
     time[1000] = time[999]
-    time[2000:] -= 60.0
+    time[2000:2100] -= 60.0
     x = gusts(len(time), 3)
     x[100:120] = np.nan
-    checked = inspected(measured(t=time, u=x))
-    assert sorted(kinds(checked)) == ["duplicate", "gap", "gap", "missing", "order"]
-    gap = next(issue for issue in checked.issues if issue.kind == "gap")
-    assert (
-        gap.samples == 40
-        and "before row 501 of" in gap.text
-        and gap.time == pytest.approx(BEGIN + 49.9, abs=1e-3)
-        and gap.duration == pytest.approx(4.1)
-    )
-    missing = next(issue for issue in checked.issues if issue.kind == "missing")
+    given = ChannelMap(loggers={"a": {"time": STAMPS, "channels": {"v": {"column": "u", "unit": "m/s"}}}}, wind="v")
+    records = measurements_of({"a": {"t": time, "u": x}}, given)
+    checked = doubtful(records, given)
+    assert sorted(kinds(checked)) == ["duplicate", "gap", "gap", "gap", "missing", "order"]
+    gap = next(issue for issue in checked if issue.kind == "gap")
+    assert gap.samples == 40 and "40 samples at 10 Hz are missing after 2023-11-14 22:10:49.9" in gap.text
+    assert gap.time == pytest.approx(BEGIN + 49.9, abs=1e-3) and gap.duration == pytest.approx(4.1)
+    missing = next(issue for issue in checked if issue.kind == "missing")
     assert missing.samples == 20 and missing.duration == pytest.approx(2.0) and "v (u)" in str(missing)
-    assert np.array_equal(checked.loggers[0].time, time) and np.array_equal(
-        checked.loggers[0].values["v"], x, equal_nan=True
-    )
-    table = issues_table(checked.issues)
+    assert np.array_equal(records[0]["v"].time, time) and np.array_equal(records[0]["v"].values, x, equal_nan=True)
+    table = issues_table(checked)
     assert isinstance(table, Table) and table.rows[0][3].startswith("2023-11-14 ")
     assert [(row[0], row[4]) for row in table.rows] == [
-        ("gap", "2"),
+        ("gap", "3"),
         ("duplicate", "1"),
         ("order", "1"),
         ("missing", "1"),
@@ -92,21 +96,20 @@ def test_spikes_are_detected_where_they_are(length: int) -> None:
 
 def test_every_spike_is_an_issue_with_its_value() -> None:
     x = 10.0 + gusts(6000, 4)
-    x[1000], x[4000] = 60.0, -40.0
-    checked = inspected(measured(t=BEGIN + np.arange(6000) / RATE, u=x))
-    assert [issue.text.split(",")[0] for issue in checked.issues] == ["60 m/s", "-40 m/s"]
-    assert [issue.time - BEGIN for issue in checked.issues] == pytest.approx([100.0, 400.0])
+    x[1000], x[4000] = 60.0, -40.0  # in the unit of the map
+    checked = measured(t=BEGIN + np.arange(6000) / RATE, u=x)
+    assert [issue.text.split(",")[0] for issue in checked] == ["60 m/s", "-40 m/s"]
+    assert [issue.time - BEGIN for issue in checked] == pytest.approx([100.0, 400.0])
 
 
-def test_limits_of_spikes_change_them() -> None:
+def test_gusts_and_short_events_are_no_spikes() -> None:
     x = gusts(6000, 5)
     x[1000:1006] += 12.0
     assert spikes(x, RATE).sum() == 6
-    for change in ({"spike_deviations": 80.0}, {"spike_longest": 0.4}, {"spike_floor": 5.0}, {"spike_window": 0.3}):
-        assert not spikes(x, RATE, QualityRules(**change)).any()
+    assert not spikes(x, 0.5 * RATE).any()  # 1.2 s
     slow = gusts(6000, 5)
     slow[1000:1009] += 15.0 * np.array([0.25, 0.5, 0.75, 1.0, 1.0, 1.0, 0.75, 0.5, 0.25])
-    assert not spikes(slow, RATE).any() and spikes(slow, RATE, QualityRules(spike_jump=0.1)).any()
+    assert not spikes(slow, RATE).any()
 
 
 def test_stuck_sensors() -> None:
@@ -114,22 +117,15 @@ def test_stuck_sensors() -> None:
     x[1000:1400] = x[1000]
     assert np.flatnonzero(stuck(x, RATE, 30.0)).tolist() == list(range(1000, 1400))
     assert not stuck(x, RATE, 40.0).any()
-    assert kinds(inspected(measured(t=time, u=x))) == ["stuck"]
-    assert not kinds(inspected(measured(t=time, u=x), QualityRules(stuck=50.0)))
-    assert len(kinds(inspected(machine("GenPwr", "power", time, x), QualityRules(stuck_machine=30.0)))) == 1
-    assert not kinds(inspected(machine("GenPwr", "power", time, x)))  # steps of a display
-    assert not kinds(inspected(machine("BldPitch1", "position", time, 0.0 * x)))
+    assert kinds(measured(t=time, u=x)) == ["stuck"]
+    assert not kinds(machine("GenPwr", "power", time, x))  # steps of a display
+    assert not kinds(machine("BldPitch1", "position", time, 0.0 * x))
     for level, expected in ((0.0, []), (3.0, ["stuck"])):
-        assert kinds(inspected(machine("GenPwr", "power", time, 0.0 * x + level))) == expected
+        assert kinds(machine("GenPwr", "power", time, 0.0 * x + level)) == expected
 
 
-def machine(name: str, kind: str, time: Float, x: Float) -> Measurements:
-    unit = "kW" if kind == "power" else "rad"
-    channels = {name: {"column": "x", "unit": unit, "kind": kind}}
-    wind = "generator_power" if kind == "power" else "pitch_1"
-    return measurements_of(
-        {"a": {"t": time, "x": x}}, ChannelMap(loggers={"a": {"time": STAMPS, "channels": channels}}, wind=wind)
-    )
+def machine(name: str, kind: str, time: Float, x: Float) -> list[DataIssue]:
+    return issues_of({name: {"column": "x", "unit": "kW" if kind == "power" else "rad", "kind": kind}}, t=time, x=x)
 
 
 def two_clocks(seed: int, lag: float, noise: float = 0.2, n: int = 6000) -> tuple[Signal, Signal]:
@@ -140,34 +136,30 @@ def two_clocks(seed: int, lag: float, noise: float = 0.2, n: int = 6000) -> tupl
     one, two = t[::10], t[::25] + 0.013
     a = fine[::10] + noise * chance.standard_normal(len(one))
     b = 3.0 * np.interp(two, t, fine) + 5.0 + 3.0 * noise * chance.standard_normal(len(two))
-    return Signal(one, a), Signal(two + lag, b)
+    return Signal(one, a, RATE), Signal(two + lag, b, 4.0)
 
 
 def test_lag_of_clocks_is_recovered() -> None:
-    """Within the interval in 19 of 20, which is a fraction of a sample."""
-    hits, halves = [], []
-    for seed in range(60):
-        lag = 5.0 * np.sin(seed)
-        estimate, correlation = clock_lag(*two_clocks(seed, lag), 4.0, 30.0)
-        hits.append(abs(estimate.mean - lag) <= estimate.half_width)
-        halves.append(estimate.half_width)
-        assert correlation > 0.9
-    assert 0.9 <= np.mean(hits) <= 1.0 and np.median(halves) < 0.1
+    """To a sample of the slower logger, with noise, of either sign."""
+    for seed in range(40):
+        lag = 12.0 * np.sin(seed)
+        one, two = two_clocks(seed, lag)
+        there, back = clock_lag(one, two, 4.0, 30.0), clock_lag(two, one, 4.0, 30.0)
+        assert there[0] == pytest.approx(lag, abs=0.25) and back[0] == pytest.approx(-lag, abs=0.25)
+        assert there[1] > 0.9 and back[1] > 0.9
 
 
-def test_sign_of_the_lag_and_its_bounds() -> None:
+def test_bounds_of_the_lag() -> None:
     one, two = two_clocks(1, 12.0)
-    assert clock_lag(one, two, 4.0, 30.0)[0].mean == pytest.approx(12.0, abs=0.1)
-    assert clock_lag(two, one, 4.0, 30.0)[0].mean == pytest.approx(-12.0, abs=0.1)
     assert clock_lag(one, two, 4.0, 5.0)[1] < 0.9
-    with pytest.raises(InputError, match="a minute is needed"):
-        clock_lag(one.between(0.0, BEGIN + 20.0), two, 4.0, 30.0)
+    with pytest.raises(InputError, match="less than a minute"):
+        clock_lag(Signal(one.time[:200], one.values[:200], RATE), two, 4.0, 30.0)
 
 
 @pytest.mark.parametrize(
-    ("lag", "words"), [(0.0, ""), (3.0, "later than 'a'.*its clock"), (-1800.0, "earlier.*zone or stamp")]
+    ("lag", "words"), [(0.0, ""), (3.0, "later than .*its clock"), (20.0, "later"), (-1800.0, "earlier.*zone or stamp")]
 )
-def test_clocks_of_loggers_that_share_a_channel(lag: float, words: str) -> None:
+def test_clocks_of_loggers_that_share_a_channel(lag: float, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Power by two loggers, one hour and a half at 1 Hz."""
     n = 5400
     x = 1e6 + 2e5 * gusts(n + 4000, 8, 60.0)
@@ -179,20 +171,35 @@ def test_clocks_of_loggers_that_share_a_channel(lag: float, words: str) -> None:
         "a": {"t": t, "P": x[2000 : 2000 + n]},
         "b": {"t": t, "P": x[2000 - round(lag) : 2000 - round(lag) + n] + 2e4 * chance.standard_normal(n)},
     }
-    checked = inspected(measurements_of(tables, given))
-    assert kinds(checked) == (["clock"] if words else [])
+    (*_, last) = records = measurements_of(tables, given)
+    checked = doubtful(records, given)
+    assert kinds(checked) == ([] if not words else ["lag"] if lag == 3.0 else ["clock"])
     if words:
-        assert checked.issues[0].duration == pytest.approx(abs(lag), abs=0.5)
-        assert re.search(words, str(checked.issues[0]))
+        assert checked[0].time == records[0].begin and checked[0].duration == last.begin + 600.0 - records[0].begin
+        assert re.search(words, str(checked[0]))
+        assert f"is {abs(lag):g} s" in checked[0].text
     tables["b"]["P"] = 1e6 + 2e5 * gusts(n, 10, 60.0)
-    other = inspected(measurements_of(tables, given), QualityRules(longest_lag=100.0))
-    assert kinds(other) == ["clock"] and "another quantity" in other.issues[0].text
+    monkeypatch.setattr(quality, "LONGEST_LAG", 100.0)
+    other = doubtful(measurements_of(tables, given), given)
+    assert kinds(other) == ["clock"] and "another quantity" in other[0].text
+
+
+def test_a_silent_second_logger_is_not_compared() -> None:
+    power = {"generator_power": {"column": "P", "unit": "W", "kind": "power"}}
+    given = ChannelMap(loggers={name: {"time": STAMPS, "channels": power} for name in "ab"}, wind="generator_power")
+    t = BEGIN + np.arange(600.0)
+    tables = {"a": {"t": t, "P": gusts(600, 1)}, "b": {"t": t, "P": np.full(600, np.nan)}}
+    missing, lag = doubtful(measurements_of(tables, given), given)
+    assert missing.kind == "missing" and lag.kind == "lag" and "no samples" in lag.text
+    assert doubtful([], given) == []
 
 
 # ------------------------------------------------------------------------------------------ plausibility
 
 
-def operation(turbine: Turbine, *, shift: float = 0.0, n: int = 10800, **changed: Any) -> Measurements:
+def operation(
+    turbine: Turbine, *, shift: float = 0.0, n: int = 10800, **changed: Any
+) -> tuple[list[MeasuredRecord], ChannelMap]:
     """Three hours of partial load at 1 Hz by two loggers; columns can be changed, the machine's clock shifted [s]."""
     wind = 8.0 + 1.2 * gusts(n + 8000, 11, 200.0)
     v = wind[4000 : 4000 + n]
@@ -213,12 +220,12 @@ def operation(turbine: Turbine, *, shift: float = 0.0, n: int = 10800, **changed
         "mast": {"time": STAMPS, "channels": {"wind_speed": {"column": "u", "unit": "m/s", "kind": "cup"}}},
         "machine": {"time": STAMPS, "channels": sensors},
     }
-    return measurements_of({"mast": mast, "machine": columns}, ChannelMap(loggers=loggers))
+    given = ChannelMap(loggers=loggers)
+    return measurements_of({"mast": mast, "machine": columns}, given), given
 
 
 def test_operation_of_the_turbine_is_plausible(turbine: Turbine) -> None:
-    assert plausible(operation(turbine), turbine) == []
-    require_plausible(operation(turbine), turbine)
+    assert plausible(*operation(turbine), turbine) == []
 
 
 @pytest.mark.parametrize(
@@ -246,19 +253,18 @@ def test_operation_of_the_turbine_is_plausible(turbine: Turbine) -> None:
 )
 def test_wrong_units_and_signs(turbine: Turbine, column: str, factor: float, kind: str, words: str) -> None:
     changed = operation(turbine, **{column: lambda x: factor * x})
-    assert kind in [issue.kind for issue in plausible(changed, turbine)]
-    with pytest.raises(InputError, match=words):
-        require_plausible(changed, turbine)
+    issues = plausible(*changed, turbine)
+    assert any(issue.kind == kind and re.search(words, str(issue)) for issue in issues), "\n".join(map(str, issues))
 
 
 def test_wind_of_another_turbine(turbine: Turbine) -> None:
     other = operation(turbine, u=lambda u: 8.0 + 1.2 * gusts(len(u), 12, 200.0))
-    (issue,) = plausible(other, turbine)
+    (issue,) = plausible(*other, turbine)
     assert issue.kind == "turbine" and "column 'u'" in issue.text and issue.file == "mast"
 
 
 @pytest.mark.parametrize(("shift", "words"), [(1800.0, "30 min earlier"), (-3600.0, "60 min later")])
 def test_half_an_hour_apart(turbine: Turbine, shift: float, words: str) -> None:
-    (issue,) = plausible(operation(turbine, shift=shift), turbine)
+    (issue,) = plausible(*operation(turbine, shift=shift), turbine)
     assert issue.kind == "clock" and f"when it is {words}" in issue.text
-    assert issue.file == "machine" and "zone" in issue.text
+    assert issue.channel == "generator_power" and "logger 'machine'" in issue.text and "zone" in issue.text

@@ -8,36 +8,28 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from ruamel.yaml import YAML
 
 import meltemi
+from comparisons.swift import map_of_the_guide, write_folder
 from meltemi.validation.channel_map import ChannelMap
-from meltemi.validation.measurements import Measurements, measurements_of
+from meltemi.validation.issues import DataIssue
+from meltemi.validation.measurements import MeasuredRecord, measurements_of, read_measurements
 from meltemi.validation.plausibility import plausible
-from meltemi.validation.quality import inspected, spikes
+from meltemi.validation.quality import doubtful, spikes
 from meltemi.validation.selection import select
 
 pytestmark = pytest.mark.reference
 
 COLUMNS = {
-    "generator_power": ("generator_power", "kW", "power", 1e3),
-    "generator_torque": ("generator_torque", "N m", "other", 1.0),
-    "rotor_speed": ("rotor_speed", "rpm", "rpm", np.pi / 30.0),
-    "blade_root_flap_moment": ("root_moment_flap_1", "N m", "gauge", 1.0),
-    **{f"{c}_32m": (f"{c}_32m", "m/s", "sonic", 1.0) for c in "uvw"},
+    "generator_power": ("generator_power", 1e3),
+    "generator_torque": ("generator_torque", 1.0),
+    "rotor_speed": ("rotor_speed", np.pi / 30.0),
+    "blade_root_flap_moment": ("root_moment_flap_1", 1.0),
+    **{f"{c}_32m": (f"{c}_32m", 1.0) for c in "uvw"},
 }
-"""Channel, unit, instrument and factor to SI by column."""
-CHANNELS = ChannelMap(
-    loggers={
-        "swift": {
-            "time": {"column": "time", "form": "posix"},
-            "channels": {
-                channel: {"column": column, "unit": unit, "kind": kind}
-                for column, (channel, unit, kind, _) in COLUMNS.items()
-            },
-        }
-    },
-    wind="u_32m",
-)
+"""Channel and factor to SI by column."""
+CHANNELS = ChannelMap(**YAML(typ="safe").load(map_of_the_guide()))
 
 
 @pytest.fixture(scope="module")
@@ -47,9 +39,23 @@ def folder(reference: Path) -> Path:
     return reference / "swift_v27"
 
 
-def measured(path: Path) -> Measurements:
+def measured(path: Path) -> tuple[MeasuredRecord, list[DataIssue]]:
     with np.load(path) as file:
-        return inspected(measurements_of({"swift": dict(file)}, CHANNELS))
+        posix = CHANNELS.replace(**{"loggers.swift.time.form": "posix"})
+        (record,) = measurements_of({"swift": dict(file)}, posix)
+    return record, doubtful([record], posix)
+
+
+def test_a_folder_of_csv_files_has_the_same_records(folder: Path, tmp_path: Path) -> None:
+    paths = write_folder(folder / "records", tmp_path)
+    records = read_measurements(tmp_path, CHANNELS)
+    assert [record.file for record in records] == [path.name for path in paths]
+    assert {issue.kind for issue in doubtful(records, CHANNELS)} <= {"missing"}
+    for record in records:
+        same, _ = measured((folder / "records" / record.file).with_suffix(".npz"))
+        assert record["u_32m"].time - record.begin == pytest.approx(same["u_32m"].time, abs=1e-3)
+        for name, signal in same.signals.items():
+            assert record[name].values == pytest.approx(signal.values, rel=1e-7, nan_ok=True)
 
 
 def test_statistics_and_missing_samples(folder: Path) -> None:
@@ -57,43 +63,39 @@ def test_statistics_and_missing_samples(folder: Path) -> None:
     paths = sorted((folder / "records").glob("*.npz"))
     assert len(paths) >= 11
     for path in paths:
-        everything = measured(path)
-        (record,) = everything.records()
-        for column, (channel, _, _, factor) in COLUMNS.items():
+        record, issues = measured(path)
+        for column, (channel, factor) in COLUMNS.items():
             key = next(k for k in statistics[path.stem]["channels"] if k.startswith(f"{column}_["))
             theirs, signal = statistics[path.stem]["channels"][key], record[channel]
             assert len(signal.values) == statistics[path.stem]["samples"]
-            assert signal.missing == theirs["missing"]
-            reported = sum(
-                i.samples for i in everything.issues if i.kind == "missing" and i.channel.startswith(channel)
-            )
+            assert len(signal.values) - len(signal.finite) == theirs["missing"]
+            reported = sum(i.samples for i in issues if i.kind == "missing" and i.channel.startswith(channel))
             assert reported == theirs["missing"]
             if theirs["mean"] is not None:
-                ours = signal.statistics()
-                assert ours["mean"] == pytest.approx(factor * theirs["mean"], rel=2e-6, abs=1e-6)
-                assert ours["std"] == pytest.approx(factor * theirs["std"], rel=2e-6)
+                assert np.mean(signal.finite) == pytest.approx(factor * theirs["mean"], rel=2e-6, abs=1e-6)
+                assert np.std(signal.finite) == pytest.approx(factor * theirs["std"], rel=2e-6)
 
 
 def test_records_without_spikes_are_clean(folder: Path) -> None:
     for path in sorted((folder / "records").glob("*.npz")):
         if path.stem != "stable_02":
-            assert {issue.kind for issue in measured(path).issues} <= {"missing"}, path.stem
+            assert {issue.kind for issue in measured(path)[1]} <= {"missing"}, path.stem
 
 
 def test_spike_of_the_flap_moment(folder: Path) -> None:
     """The one of the record stable_02, where it is there; one of its size in each other record with a flap moment."""
     given = folder / "records" / "stable_02.npz"
     if given.is_file():
-        issues = [i for i in measured(given).issues if i.kind == "spike" and i.channel.startswith("root_moment_flap_1")]
+        issues = [i for i in measured(given)[1] if i.kind == "spike" and i.channel.startswith("root_moment_flap_1")]
         assert issues and "-155" in issues[0].text
     count = 0
     for path in sorted((folder / "records").glob("*.npz")):
-        (series,) = measured(path).loggers
-        x = series.values["root_moment_flap_1"].copy()
+        flap = measured(path)[0]["root_moment_flap_1"]
+        x = flap.values.copy()
         if path.stem == "stable_02" or not np.isfinite(x).any():
             continue
         x[2345] = -155e3
-        assert np.flatnonzero(spikes(x, series.rate)).tolist() == [2345]
+        assert np.flatnonzero(spikes(x, flap.rate)).tolist() == [2345]
         count += 1
     assert count >= 7
 
@@ -102,13 +104,14 @@ def test_records_are_of_this_turbine_in_production(folder: Path) -> None:
     """No issue with the turbine of the deck; power that is taken for W, or a reversed flap moment, is one."""
     turbine = meltemi.io.read_openfast(folder / "deck/OpenFAST_model/SNLV27_OF2.fst")
     for path in sorted((folder / "records").glob("*.npz")):
-        everything = measured(path)
-        assert not plausible(everything, turbine), path.stem
-        (one,) = select(everything.records(), turbine, wind="u_32m", issues=everything.issues)
+        record, issues = measured(path)
+        assert not plausible([record], CHANNELS, turbine), path.stem
+        (one,) = select([record], turbine, wind="u_32m", issues=issues)
         assert one.operation == "production"
     wrong = {"generator_power": 1e-3, "rotor_speed": np.pi / 30.0, "root_moment_flap_1": -1.0}
-    series = measured(folder / "records" / "neutral_02.npz").loggers[0]
+    record, _ = measured(folder / "records" / "neutral_02.npz")
     for name, factor in wrong.items():
-        changed = replace(series, values={**series.values, name: factor * series.values[name]})
-        issues = plausible(Measurements(CHANNELS, (changed,)), turbine)
+        signal = record[name]
+        changed = {**record.signals, name: replace(signal, values=factor * signal.values)}
+        issues = plausible([replace(record, signals=changed)], CHANNELS, turbine)
         assert [issue.kind for issue in issues if issue.channel == name] == ["unit" if factor > 0.0 else "sign"]

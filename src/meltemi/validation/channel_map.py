@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import datetime, timedelta, timezone, tzinfo
+from datetime import datetime, tzinfo
 from functools import cache
 from pathlib import Path
 from typing import Literal, Self
@@ -18,8 +18,7 @@ from meltemi.postprocess.files.openfast import UNITS, si_unit
 from meltemi.simulation.channels import Channel, every_kind
 
 Kind = Literal["sonic", "cup", "vane", "gauge", "power", "rpm", "position", "acceleration", "other"]
-FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), "V": ("V", 1.0)}
-"""Units of measurements that result files do not have: SI unit and factor."""
+FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), "V": ("V", 1.0)}  # SI unit, factor
 
 
 @cache
@@ -39,8 +38,8 @@ class Sensor(Record):
     """Instrument. A ``position`` (pitch, azimuth, yaw) may rest; ``power`` and ``rpm`` may rest at zero."""
     sign: Literal[1, -1] = 1
     """-1 where the column has the other positive direction than the channel."""
-    gain: float = 1.0
-    """Unit per unit of the column."""
+    gain: float = Field(default=1.0, gt=0.0)
+    """Unit per unit of the column; ``sign: -1`` reverses it."""
     offset: float = 0.0
     """[unit] added after the gain."""
     axes: str = ""
@@ -67,19 +66,12 @@ class Sensor(Record):
             raise ValueError(f"unknown unit {unit!r}: {did_you_mean(unit, [*UNITS, *FURTHER_UNITS])}")
         return unit
 
-    @field_validator("gain")
-    @classmethod
-    def _gain(cls, gain: float) -> float:
-        if gain <= 0.0:
-            raise ValueError(f"the gain must be above zero, found {gain:g}; sign: -1 reverses a column")
-        return gain
-
 
 class TimeStamps(Record):
     """How a file gives its times."""
 
-    column: str | None = None
-    """Name of the column; without it samples follow each other at the rate of the logger from the begin in the name."""
+    column: str
+    """Name of the column."""
     form: Literal["iso", "posix", "matlab", "seconds"] = "iso"
     """ISO 8601 or dates; seconds since 1970; days of MATLAB's ``datenum``; seconds from the date in the name."""
     zone: str = "UTC"
@@ -87,34 +79,28 @@ class TimeStamps(Record):
     stamp: Literal["begin", "end"] = "begin"
     """Whether a stamp is the begin or the end of its period: that of a sample, or for one in the name, of the file."""
     name: str | None = None
-    """Date in the name of the file, in the codes of ``strptime``: ``swift_%Y%m%d_%H%M.csv``."""
+    """Date in the name of the file of ``seconds``, in the codes of ``strptime``: ``swift_%Y%m%d_%H%M.csv``."""
+
+    @property
+    def time_zone(self) -> tzinfo | None:
+        """The time zone."""
+        if self.zone.startswith(("+", "-")):
+            return datetime.fromisoformat(f"2000-01-01T00:00{self.zone}").tzinfo
+        return ZoneInfo(self.zone)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if self.column is None and self.name is None:
-            raise ValueError("give the column of the time stamps, or name: the date in the name of the file")
-        if self.name is not None and self.column is not None and self.form != "seconds":
-            raise ValueError(f"name: the column {self.column!r} has dates of its own; leave name out, or form: seconds")
-        self.time_zone()
-        return self
-
-    def time_zone(self) -> tzinfo:
-        """The time zone."""
-        if self.zone[:1] in "+-" and self.zone:
-            try:
-                hours, minutes = map(int, self.zone[1:].split(":"))
-                shift = timedelta(hours=hours, minutes=minutes)
-                return timezone(-shift if self.zone[0] == "-" else shift)
-            except ValueError:
-                raise ValueError(f"zone must be such as +01:00, found {self.zone!r}") from None
+        if (self.form == "seconds") != (self.name is not None):
+            raise ValueError("form: seconds and name, with the date from which they count, go together; give both")
         try:
-            return ZoneInfo(self.zone)
+            _ = self.time_zone
         except (KeyError, ValueError, OSError):  # KeyError: not in the time zone database
-            raise ValueError(f"no time zone {self.zone!r}; give UTC, +01:00 or a name such as Europe/Berlin") from None
+            raise ValueError(f"no time zone {self.zone!r}; give UTC, one such as +01:00, or Europe/Berlin") from None
+        return self
 
     def posix(self, moment: datetime) -> float:
         """[s] since 1970 of a moment; one without zone is in that of the logger."""
-        return (moment if moment.tzinfo else moment.replace(tzinfo=self.time_zone())).timestamp()
+        return (moment if moment.tzinfo else moment.replace(tzinfo=self.time_zone)).timestamp()
 
 
 class Logger(Record):
@@ -123,42 +109,37 @@ class Logger(Record):
     files: str = "*"
     """Pattern of the names of its files in the folder: ``mast_*.csv``."""
     time: TimeStamps
-    rate: float | None = Field(default=None, gt=0.0)
-    """[Hz] sampling rate; by default from the time stamps."""
     missing: tuple[float, ...] = ()
     """Values that stand for a missing sample, such as -9999."""
     channels: dict[str, Sensor]
-    """Sensors by channel: meltemi's or OpenFAST's name, or any name for a quantity of the mast."""
+    """Sensors by channel: meltemi's or OpenFAST's name, which becomes meltemi's, or any name for one of the mast."""
 
-    @property
-    def sensors(self) -> dict[str, Sensor]:
-        """Sensors by meltemi's names."""
-        known = {name: known_channel(name) for name in self.channels}
-        return {(c.name if (c := known[name]) else name): sensor for name, sensor in self.channels.items()}
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        for name, sensor in self.channels.items():
+    @field_validator("channels")
+    @classmethod
+    def _known(cls, channels: dict[str, Sensor]) -> dict[str, Sensor]:
+        known: dict[str, Sensor] = {}
+        for name, sensor in channels.items():
             channel, unit = known_channel(name), sensor.si[0]
+            key = channel.name if channel else name
+            if key in known or "@" in key:
+                raise ValueError(
+                    f"{name}: the logger has {key} twice, or there is an @ in the name; choose another one"
+                )
+            known[key] = sensor
             if channel is None and sensor.kind in ("gauge", "power", "rpm", "position"):
                 names = [known for c in every_kind().values() for known in c.names]
-                raise ValueError(f"channels: no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")
-            if channel is None:
-                continue
-            raw = unit in ("mV/V", "V") and sensor.kind == "gauge"
-            if unit != channel.unit and not raw:
+                raise ValueError(f"no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")
+            if channel and unit != channel.unit and not (unit in ("mV/V", "V") and sensor.kind == "gauge"):
                 raise ValueError(
-                    f"channels.{name}: unit {sensor.unit} of column {sensor.column!r}, but {channel.name} is in "
+                    f"{name}: unit {sensor.unit} of column {sensor.column!r}, but {channel.name} is in "
                     f"{channel.display_unit[0]}; correct the unit, or the name of the channel"
                 )
-            if sensor.axes and sensor.axes != channel.frame:
+            if channel and sensor.axes and sensor.axes != channel.frame:
                 raise ValueError(
-                    f"channels.{name}: column {sensor.column!r} is in {sensor.axes}, but {channel.name} is in "
+                    f"{name}: column {sensor.column!r} is in {sensor.axes}, but {channel.name} is in "
                     f"{channel.frame}; choose the channel of those axes"
                 )
-        if self.time.column is None and self.rate is None:
-            raise ValueError("files without a column of times need the sampling rate")
-        return self
+        return known
 
 
 class ChannelMap(Record):
@@ -179,14 +160,12 @@ class ChannelMap(Record):
         return self
 
     def sensors(self) -> Iterator[tuple[str, str, Sensor]]:
-        """Channel, logger and sensor of all columns."""
+        """Channel, logger and sensor of all columns; a channel that another logger has, too, is ``channel@logger``."""
+        known: set[str] = set()
         for key, logger in self.loggers.items():
-            for name, sensor in logger.sensors.items():
-                yield name, key, sensor
-
-    def sensor(self, name: str) -> Sensor | None:
-        """The first sensor of a channel."""
-        return next((sensor for known, _, sensor in self.sensors() if known == name), None)
+            for name, sensor in logger.channels.items():
+                yield (f"{name}@{key}" if name in known else name), key, sensor
+                known.add(name)
 
 
 def read_channel_map(path: str | Path) -> ChannelMap:

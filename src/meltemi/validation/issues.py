@@ -8,37 +8,35 @@ from datetime import UTC, datetime
 
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Table
+from meltemi.validation.measurements import MeasuredRecord
 
 
 def moment(time: float) -> str:
     """A time [s] since 1970 in UTC as text."""
-    return datetime.fromtimestamp(time, UTC).strftime("%Y-%m-%d %H:%M:%S")
+    return datetime.fromtimestamp(round(time, 3), UTC).strftime("%Y-%m-%d %H:%M:%S.%f")[:-3].removesuffix(".000")
 
 
 @dataclass(frozen=True)
 class DataIssue:
-    """One doubtful place in the data; the data are unchanged.
+    """One doubtful place in the data; the data are unchanged."""
 
-    Attributes:
-      kind: gap, missing, duplicate, order, spike, stuck, clock, unit, sign, turbine.
-      file: name of the file.
-      channel: channel and its column; empty for all of a file.
-      time: [s] since 1970 at which it begins.
-      duration: [s].
-      samples: how many are concerned.
-      text: what was expected, what is there, what to do.
-    """
-
-    kind: str
+    kind: str  # gap, missing, duplicate, order, spike, stuck, lag, clock, unit, sign, turbine
     file: str
-    channel: str
-    time: float
-    duration: float
-    samples: int
-    text: str
+    channel: str  # and its column; empty for all of a file
+    time: float  # [s] since 1970 at which it begins
+    duration: float  # [s]
+    samples: int  # how many are concerned
+    text: str  # what was expected, what is there, what to do
 
     def __str__(self) -> str:
         return f"{self.file}: {f'{self.channel}: ' if self.channel else ''}{self.text}"
+
+
+def issue_of_all(kind: str, records: Sequence[MeasuredRecord], channel: str, text: str) -> DataIssue:
+    """An issue of a channel in all records."""
+    begin, samples = records[0].begin, sum(len(record[channel].time) for record in records)
+    duration = records[-1].begin + records[-1].length - begin
+    return DataIssue(kind, records[0].file, channel, begin, duration, samples, text)
 
 
 def issues_table(issues: Sequence[DataIssue]) -> Table:

@@ -6,7 +6,7 @@ Reference: docs/theory/validation.md (V-12, V-13).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +68,7 @@ def like(result: Result, signals: Mapping[str, Signal], begin: float, transient:
     for name, signal in signals.items():
         x = np.unwrap(result[name]) if name == "azimuth" else result[name]
         x = np.interp(signal.time - begin + transient, result.time, x)
-        alike[name] = Signal(signal.time, np.where(np.isfinite(signal.values), x, np.nan))
+        alike[name] = replace(signal, values=np.where(np.isfinite(signal.values), x, np.nan))
     return alike
 
 
@@ -87,13 +87,13 @@ def reduce_record(signals: Mapping[str, Signal], names: Sequence[str]) -> Reduce
         x = signal.finite
         if len(x) < 2:
             raise InputError(f"{name} has no samples")
-        duration = len(x) * float(np.median(np.diff(signal.time)))
+        duration = len(x) / signal.rate
         loads = [damage_equivalent_load(x, duration=duration, slope=m) for m in SLOPES]
         time, filled = signal.time, np.interp(signal.time, signal.time[np.isfinite(signal.values)], x)
         turned = None if angle is None else np.interp(time, angle.time, angle.values)
         orders = [np.nan] * ORDERS if turned is None else [*_orders(turned, filled)]
-        values[name] = np.array([*signal.statistics().values(), *loads, *orders])
-        spectra[name] = _densities(filled, duration / len(x))
+        values[name] = np.array([x.mean(), x.std(), x.min(), x.max(), *loads, *orders])
+        spectra[name] = _densities(filled, 1.0 / signal.rate)
         if turned is not None and "azimuth" in signals:
             sector = (turned % (2.0 * np.pi) / (2.0 * np.pi) * SECTORS).astype(int) % SECTORS
             count = np.bincount(sector, minlength=SECTORS)
@@ -109,8 +109,9 @@ def _angle(signals: Mapping[str, Signal]) -> Signal | None:
     there = np.isfinite(source.values)
     time, x = source.time[there], source.values[there]
     if "azimuth" in signals:
-        return Signal(time, np.unwrap(x))
-    return Signal(time, np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))]))
+        return replace(source, time=time, values=np.unwrap(x))
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))])
+    return replace(source, time=time, values=turned)
 
 
 def _orders(turned: Float, x: Float) -> Float:

@@ -153,7 +153,7 @@ class Simulator:
         signals = like(result, prepared.signals, prepared.record.begin, self.settings.transient)
         for name in prepared.measured.values:  # what the gauge would read
             gain, zero = (self.parameters.get(f"{kind}.{name}", 0.0) for kind in ("gauge_gain", "gauge_zero"))
-            signals[name] = Signal(signals[name].time, (1.0 + gain) * signals[name].values + zero)
+            signals[name] = replace(signals[name], values=(1.0 + gain) * signals[name].values + zero)
         return reduce_record(signals, list(prepared.measured.values))
 
 

@@ -31,7 +31,7 @@ def validate(
     from meltemi.validation.comparison import Comparison
     from meltemi.validation.measurements import read_measurements
     from meltemi.validation.plausibility import plausible
-    from meltemi.validation.quality import inspected
+    from meltemi.validation.quality import doubtful
     from meltemi.validation.report import Findings, agreement_table, headline, write_findings
     from meltemi.validation.selection import select
     from meltemi.validation.settings import read_validation
@@ -45,17 +45,15 @@ def validate(
     parameters = fitting.checked(fit or (), settings)
     with progress_bar("reading") as progress:
         progress(0.0)
-        measured = inspected(read_measurements(data, settings.channels))
-        measured = measured.with_issues(plausible(measured, simulator.turbine))
-        wind = settings.channels.wind
-        selected = select(
-            measured.records(), simulator.turbine, wind=wind, issues=measured.issues, rules=settings.selection
-        )
+        channels = settings.channels
+        measured = read_measurements(data, channels)
+        issues = [*doubtful(measured, channels), *plausible(measured, channels, simulator.turbine)]
+        selected = select(measured, simulator.turbine, wind=channels.wind, issues=issues, rules=settings.selection)
     used = [each.record for each in selected if not each.rejected and each.operation == "production"]
     if not used:
         reasons = dict.fromkeys(each.rejected or f"{each.operation}, not production" for each in selected)
         raise InputError(f"{data}: no record can be compared: {'; '.join(list(reasons)[:5]) or 'no records'}")
-    warn(dict.fromkeys(str(issue) for issue in measured.issues))
+    warn(dict.fromkeys(str(issue) for issue in issues))
     runs, length = len(used) * settings.seeds, sum(record.length for record in used) * settings.seeds
     with run_store(out, repr(("validate", simulator.case, settings)), "meltemi.validation"):
         read = time.perf_counter()
@@ -75,7 +73,7 @@ def validate(
         ("Simulated", f"{length / 3600.0:.1f} h in {spent:.0f} s"),
     ]
     findings = Findings(
-        f"Measured and simulated: {simulator.turbine.name}", comparison, selected, measured.issues, failed, facts,
+        f"Measured and simulated: {simulator.turbine.name}", comparison, selected, issues, failed, facts,
         further, made["repeat"], made["footer"],
     )  # fmt: skip
     files = write_findings(findings, out)
