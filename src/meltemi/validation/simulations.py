@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -96,7 +96,7 @@ class Simulator:
             case = case.replace(options=case.options.replace(integration="implicit"))
         return cls(settings, case, folder, aeroelastic(case_turbine(case, folder), "meltemi validate"))
 
-    def at(self, parameters: Sequence[str], values: Sequence[float]) -> Simulator:
+    def at(self, parameters: Sequence[str], values: Iterable[float]) -> Simulator:
         """The same with parameters changed."""
         return replace(self, parameters=dict(zip(parameters, map(float, values), strict=True)), models={})
 

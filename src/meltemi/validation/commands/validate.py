@@ -64,7 +64,7 @@ def validate(
         if not records:
             raise InputError(f"{data}: no record could be simulated: {next(iter(failed.values()))}")
         with simulation_bar("sensitivities") as progress:
-            further = fitting.sections(simulator, used, comparison, parameters, why=why, progress=progress)
+            further = [*fitting.sections(simulator, used, comparison, parameters, why=why, progress=progress)]
     made = made_by()
     facts = [
         ("Turbine", simulator.turbine.name),
