@@ -19,6 +19,8 @@ from meltemi.simulation.channels import Channel, every_kind
 
 Kind = Literal["sonic", "cup", "vane", "gauge", "power", "rpm", "position", "acceleration", "other"]
 FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), "V": ("V", 1.0)}  # SI unit, factor
+NACELLE = "nacelle_direction"
+"""Channel of the direction [rad] to which the rotor's axis points, as compass of the vane."""
 
 
 @cache
@@ -126,7 +128,7 @@ class Logger(Record):
                     f"{name}: the logger has {key} twice, or there is an @ in the name; choose another one"
                 )
             known[key] = sensor
-            if channel is None and sensor.kind in ("gauge", "power", "rpm", "position"):
+            if channel is None and sensor.kind in ("gauge", "power", "rpm", "position") and name != NACELLE:
                 names = [known for c in every_kind().values() for known in c.names]
                 raise ValueError(f"no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")
             if channel and unit != channel.unit and not (unit in ("mV/V", "V") and sensor.kind == "gauge"):

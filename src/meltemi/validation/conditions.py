@@ -18,14 +18,12 @@ from meltemi.core.record import Record
 from meltemi.environment.air import density_of
 from meltemi.turbulence.sensors import Sensor as WindSensor
 from meltemi.turbulence.sensors import measured_wind
-from meltemi.validation.channel_map import ChannelMap
+from meltemi.validation.channel_map import NACELLE, ChannelMap
 from meltemi.validation.measurements import MeasuredRecord
 from meltemi.wind.turbulent import TurbulentWind
 
 TEMPERATURE, PRESSURE, HUMIDITY = "air_temperature", "air_pressure", "humidity"
 """Channels of the density [K, Pa, -]."""
-NACELLE = "nacelle_direction"
-"""Channel of the direction [rad] to which the rotor's axis points, as compass of the vane."""
 
 
 class SiteConditions(Record):
@@ -110,8 +108,11 @@ def conditions_of(
     if len(distances) > 1:
         raise InputError(f"{record.file}: anemometers at {', '.join(f'{d:g}' for d in sorted(distances))} m upwind: "
                          "leave those out that are not at one distance")  # fmt: skip
-    sensors = tuple(WindSensor(height=height, across=across, **series) for (height, across), series in masts.items())
-    wind = measured_wind(sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **turbulence)
+    try:
+        sensors = tuple(WindSensor(height=height, across=across, **x) for (height, across), x in masts.items())
+        wind = measured_wind(sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **turbulence)
+    except InputError as error:
+        raise InputError(f"{record.file}: {error}") from None
     return RecordConditions(sensors, wind, distances.pop(), _density(record, given))
 
 
