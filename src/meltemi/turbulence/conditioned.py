@@ -306,12 +306,15 @@ def random_field(wind: TurbulentWind, grid: WindGrid, n: int, component: int, me
 
 def _factor(field: RandomField, measured: list[Channel]) -> float:
     """[-] of the model's standard deviation (W-52)."""
-    variances = [np.var(x.values[x.known]) - x.noise**2 for x in measured if x.known.sum() > 1]
-    if not variances:
+    varying = [x for x in measured if x.known.sum() > 1]
+    if not varying:
         return 1.0
-    if np.mean(variances) <= 0.0:
+    variance = np.mean([np.var(x.values[x.known]) - x.noise**2 for x in varying])
+    if variance <= 0.0:
         raise InputError(f"sensors: {measured[0].label} varies no more than its noise: leave it out, or correct noise")
-    return math.sqrt(np.mean(variances) / (2.0 * np.sum(field.variances[1:-1])))
+    # fluctuations that are slower than the series belong to its mean
+    within = [1.0 - np.abs(fft.rfft(x.known / x.known.sum())) ** 2 for x in varying]
+    return math.sqrt(variance / (2.0 * np.sum(np.mean(within, axis=0)[1:-1] * field.variances[1:-1])))
 
 
 def draw(field: RandomField, seeds: Sequence[int]) -> Complex:

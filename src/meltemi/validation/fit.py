@@ -217,12 +217,12 @@ def data_of(comparison: Comparison, channels: Sequence[str]) -> tuple[Float, Flo
             if name in comparison.range_only and statistic == "mean":
                 continue
             x, y = comparison.values(name, statistic)
-            deviation[:, c, s] = np.nanmean(y, axis=1) - x
-            n = np.isfinite(y).sum(axis=1)
-            seeds = np.nanvar(y, axis=1, ddof=1) * (1.0 + 1.0 / n) if y.shape[1] > 1 else np.zeros(len(x))
-            there = np.isfinite(deviation[:, c, s])
-            scatter = float(np.var(deviation[there, c, s], ddof=1)) if there.sum() > 1 else 0.0
-            variance[:, c, s] = np.maximum(np.nan_to_num(seeds), scatter)
+            there = np.isfinite(x) & np.isfinite(y).any(axis=1)
+            x, y = x[there], y[there]
+            n, mean = np.isfinite(y).sum(axis=1), np.nanmean(y, axis=1)
+            seeds = np.nansum((y - mean[:, None]) ** 2, axis=1) / np.maximum(n - 1, 1) * (1.0 + 1.0 / n)
+            scatter = float(np.var(mean - x, ddof=1)) if len(x) > 1 else 0.0
+            deviation[there, c, s], variance[there, c, s] = mean - x, np.maximum(seeds, scatter)
     return deviation, variance
 
 

@@ -1,0 +1,193 @@
+"""Fit of uncertain parameters against closed forms; what a parameter means in simulation and derivative."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import multivariate_normal
+
+from meltemi import InputError, Turbine
+from meltemi.cases.case import LoadCase
+from meltemi.control.baseline import BaselineController
+from meltemi.control.controller import StartPoint
+from meltemi.gradients.sensitivity import Direction, direction, tables
+from meltemi.simulation.model import Model
+from meltemi.validation import fit
+from meltemi.validation.comparison import ComparedRecord, Comparison
+from meltemi.validation.fit import Linear, checked, data_of, fitted, posterior, prior
+from meltemi.validation.reduction import STATISTICS, ReducedRecord
+from meltemi.validation.report import HEADLINE
+from meltemi.validation.settings import Validation
+from meltemi.validation.simulations import PATHS, Simulator
+
+Float = NDArray[np.float64]
+FLAP = "root_moment_flap_1"
+CHANNELS = {
+    "wind_speed": {"column": "u", "unit": "m/s", "component": "speed", "height": 90.0},
+    "generator_power": {"column": "P", "unit": "kW", "kind": "power"},
+    FLAP: {"column": "M", "unit": "kN m", "kind": "gauge"},
+}
+SETTINGS = Validation(
+    case="case.yaml",
+    channels={"loggers": {"one": {"time": {"column": "t"}, "channels": CHANNELS}}},
+    priors={"drag": 0.5},
+)
+CASE = LoadCase(turbine="nrel5mw", wind={"kind": "steady", "speed": 9.0}, duration=5.0)
+
+
+@pytest.fixture(scope="module")
+def simulator(turbine: Turbine) -> Simulator:
+    return Simulator(SETTINGS, CASE, Path(), turbine)
+
+
+def problem(seed: int = 0, n: int = 12) -> tuple[Float, Float, Float, Float]:
+    """Deviations, derivatives, variances and prior standard deviations of three parameters of different size."""
+    draw = np.random.default_rng(seed)
+    scale = np.array([1.0, 1e-3, 1e5])
+    return draw.standard_normal(n), draw.standard_normal((n, 3)) / scale, draw.uniform(0.5, 2.0, n), 0.7 * scale
+
+
+def test_posterior_is_that_of_linear_regression() -> None:
+    y, slopes, variance, width = problem()
+    estimate, covariance, evidence = posterior(y, slopes, variance, width, np.zeros(3))
+    precision = slopes.T @ (slopes / variance[:, None]) + np.diag(width**-2.0)
+    expected = np.linalg.inv(precision)
+    assert covariance == pytest.approx(expected, rel=1e-9)
+    assert estimate == pytest.approx(-expected @ slopes.T @ (y / variance), rel=1e-9)
+    of_data = np.diag(variance) + (slopes * width**2) @ slopes.T
+    assert evidence == pytest.approx(multivariate_normal(np.zeros(12), of_data).logpdf(y), rel=1e-12)
+
+
+def test_posterior_does_not_depend_on_the_point_of_a_linear_model() -> None:
+    y, slopes, variance, width = problem()
+    at = 2.0 * width
+    for there, zero in zip(
+        posterior(y + slopes @ at, slopes, variance, width, at),
+        posterior(y, slopes, variance, width, np.zeros(3)),
+        strict=True,
+    ):
+        assert there == pytest.approx(zero, rel=1e-9)
+
+
+def test_a_simulation_that_is_too_high_is_lowered() -> None:
+    _, slopes, variance, width = problem(n=200)
+    theta = np.array([0.4, -2e-4, 5e4])
+    estimate, covariance, _ = posterior(slopes @ theta, slopes, 1e-8 * variance, width, np.zeros(3))
+    assert estimate == pytest.approx(-theta, rel=1e-3)
+    assert np.all(np.abs(estimate + theta) < 5.0 * np.sqrt(np.diag(covariance)))
+
+
+def reduced(values: Float) -> ReducedRecord:
+    """A record with the statistics (2, 3) of the first page, of power and flap moment."""
+    rows = np.zeros((2, len(STATISTICS)))
+    rows[:, [STATISTICS.index(name) for name in HEADLINE]] = values
+    return ReducedRecord(dict(zip(("generator_power", FLAP), rows, strict=True)), {}, {})
+
+
+def comparison(measured: Float, simulated: Float) -> Comparison:
+    """Of (R, 2, 3) measured and (R, K, 2, 3) simulated statistics."""
+    records = [
+        ComparedRecord(f"{r}", 9.0, 0.1, 1.2, 0.2, reduced(x), tuple(map(reduced, y)))
+        for r, (x, y) in enumerate(zip(measured, simulated, strict=True))
+    ]
+    return Comparison(tuple(records), ("generator_power", FLAP))
+
+
+def test_the_fit_gives_what_must_be_changed_in_the_simulation(
+    simulator: Simulator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A model that is quadratic in the parameters, of which the truth is known."""
+    draw, names = np.random.default_rng(4), ("pitch_offset", "drag")
+    base, first, second = draw.uniform(5.0, 9.0, (7, 2, 3)), draw.normal(size=(7, 2, 3, 2)), draw.normal(size=(7, 2, 3))
+    truth = np.array([0.006, -0.3])
+
+    def values(at: Float) -> Float:
+        return cast(Float, base + first @ at + 0.5 * second * at[1] ** 2)
+
+    def linear(changed: Simulator, *_: Any) -> Linear:
+        at = np.array([changed.parameters[name] for name in names])
+        slopes = first + np.stack([np.zeros_like(second), second * at[1]], axis=-1)
+        return Linear(values(at), slopes)
+
+    monkeypatch.setattr(fit, "linear", linear)
+    seeds = values(np.zeros(2))[:, None] + 1e-5 * draw.standard_normal((7, 4, 2, 3))
+    monkeypatch.setattr(fit, "data_of", lambda *_: (seeds.mean(axis=1) - values(truth), np.full((7, 2, 3), 1e-10)))
+    found = fitted(simulator, [], comparison(values(truth), seeds), names)
+    assert found.estimate == pytest.approx(truth, abs=1e-4) and 2 < found.steps <= 4
+    assert found.prior == pytest.approx([np.radians(0.5), 0.5])  # that of the file is preferred
+    assert np.all(found.evidence > 3.0)
+
+
+def test_data_are_deviations_with_the_variance_of_seeds_or_records() -> None:
+    draw = np.random.default_rng(5)
+    measured = draw.uniform(5.0, 9.0, (6, 2, 3))
+    simulated = measured[:, None] + 0.3 + 0.05 * draw.standard_normal((6, 4, 2, 3))
+    simulated[2] += 2.0  # scatters more than the seeds let expect
+    case = replace(comparison(measured, simulated), range_only=(FLAP,))
+    deviation, variance = data_of(case, list(case.channels))
+    assert np.all(np.isnan(deviation[:, 1, 0])) and not np.any(np.isnan(np.delete(deviation.reshape(6, 6), 3, axis=1)))
+    assert deviation[:, 0] == pytest.approx(simulated.mean(axis=1)[:, 0] - measured[:, 0])
+    assert variance[:, 0] == pytest.approx(np.tile(np.var(deviation[:, 0], axis=0, ddof=1), (6, 1)))
+    seeds = simulated + np.where(np.arange(4) % 2, 5.0, -5.0)[:, None, None]
+    wide = data_of(comparison(measured, seeds), list(case.channels))[1]
+    assert wide == pytest.approx(seeds.var(axis=1, ddof=1) * 1.25)
+
+
+def test_a_channel_that_a_record_has_not_does_not_count() -> None:
+    measured = np.random.default_rng(6).uniform(5.0, 9.0, (3, 2, 3))
+    case = comparison(measured, np.repeat(1.1 * measured[:, None], 3, axis=1))
+    first = case.records[0]
+    without = {"generator_power": first.measured.values["generator_power"]}
+    lost = replace(first, measured=replace(first.measured, values=without))
+    deviation, _ = data_of(replace(case, records=(lost, *case.records[1:])), list(case.channels))
+    assert np.all(np.isnan(deviation[0, 1])) and np.all(np.isfinite(deviation[1:]))
+
+
+def test_names_of_parameters() -> None:
+    names = ("drag", "pitch_offset", "drag", f"gauge_zero.{FLAP}")
+    assert checked(names, SETTINGS) == ("drag", "pitch_offset", f"gauge_zero.{FLAP}")
+    with pytest.raises(InputError, match="no parameter 'drga' to fit: did you mean 'drag'"):
+        checked(("drga",), SETTINGS)
+    with pytest.raises(InputError, match=f"did you mean 'gauge_gain.{FLAP}'"):
+        checked(("gauge_gain.root_moment_flap_2",), SETTINGS)
+    with pytest.raises(InputError, match="no parameter 'lfit' to fit: did you mean 'lift'"):
+        checked((), SETTINGS.replace(priors={"lfit": 0.1}))
+
+
+def test_priors() -> None:
+    case = comparison(np.array([[[1.0, 2.0, 3.0], [-4.0, 5.0, 6.0]]] * 2), np.ones((2, 1, 2, 3)))
+    assert prior("drag", SETTINGS, case) == 0.5 and prior("lift", SETTINGS, case) == 0.03
+    assert prior(f"gauge_gain.{FLAP}", SETTINGS, case) == 0.03
+    assert prior(f"gauge_zero.{FLAP}", SETTINGS, case) == pytest.approx(0.4)
+
+
+def of_paths(model: Model[Any], name: str) -> Direction:
+    return direction(model, name, BaselineController(model.turbine), StartPoint(9.0, 100.0, 0.0, 3e4))
+
+
+def test_a_star_is_the_sum_of_the_single_airfoils(model: Model[Any]) -> None:
+    together = of_paths(model, "turbine.airfoils.*.drag")
+    singles = [of_paths(model, f"turbine.airfoils.{key}.drag") for key in model.turbine.airfoils]
+    assert together.value == 1.0 and len(singles) > 5
+    assert together.arrays.keys() == set().union(*(each.arrays for each in singles))
+    for name, change in together.arrays.items():
+        total = np.sum([each.arrays.get(name, np.zeros_like(change)) for each in singles], axis=0)
+        np.testing.assert_allclose(total, change, rtol=0.0, atol=1e-9 * np.abs(change).max())
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_simulation_and_derivative_mean_the_same_parameter(name: str, simulator: Simulator) -> None:
+    step = 1e-3
+    low, high = (simulator.at([name], [sign * step]).model(1.1) for sign in (-1.0, 1.0))
+    base = simulator.model(1.1)
+    way = of_paths(base, PATHS[name])
+    scale = way.value if name == "air_density" else 1.0
+    for array, change in way.arrays.items():
+        below, above = (tables(side).get(array, getattr(side, array, None)) for side in (low, high))
+        difference = (above - below) / (2.0 * step)
+        np.testing.assert_allclose(difference, scale * change, rtol=0.0, atol=1e-6 * np.abs(scale * change).max())
