@@ -107,7 +107,7 @@ def test_the_fit_gives_what_must_be_changed_in_the_simulation(
     truth = np.array([0.006, -0.3])
 
     def values(at: Float) -> Float:
-        return cast(Float, base + first @ at + 0.5 * second * at[1] ** 2)
+        return cast("Float", base + first @ at + 0.5 * second * at[1] ** 2)
 
     def linear(changed: Simulator, *_: Any) -> Linear:
         at = np.array([changed.parameters[name] for name in names])
