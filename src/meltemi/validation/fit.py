@@ -16,7 +16,7 @@ from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.threads import available_cores
 from meltemi.gradients.sensitivity import Sensitivity, sensitivity
 from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
-from meltemi.loadcases.store import made
+from meltemi.loadcases.store import with_model_and_wind
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.result import Result
@@ -113,8 +113,8 @@ def linear(
         """Values (C, 3) and slopes (C, 3, P) of a record."""
         values = np.full((len(channels), len(HEADLINE)), np.nan)
         slopes = np.zeros((*values.shape, len(parameters)))
-        derived = sensitivity(made(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]])
-        sides = [of.reduced(each, result_of(made(of.run(each, 1)))) for of in beside]
+        derived = sensitivity(with_model_and_wind(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]])
+        sides = [of.reduced(each, result_of(with_model_and_wind(of.run(each, 1)))) for of in beside]
         for c, name in enumerate(channels):
             if name not in each.measured.values:
                 continue

@@ -22,9 +22,9 @@ from meltemi.validation.selection import SelectedRecord, capture_matrix, capture
 HEADLINE = ("mean", "std", "DEL, m = 10")
 """Statistics of the first page, of the first four channels."""
 WORDS = (
-    "Bias: simulated less measured, mean over records, in per cent of the mean magnitude measured. Interval: of the mean "
-    "over records. Resolvable: within it lies the bias of a right model with a probability of 95 %, by the spread of the "
-    "wind fields that the sensors allow and by the accuracy of the sensors."
+    "Bias: simulated less measured, mean over records, in per cent of the mean magnitude measured. Interval: of the "
+    "mean over records. Resolvable: within it lies the bias of a right model with a probability of 95 %, by the spread "
+    "of the wind fields that the sensors allow and by the accuracy of the sensors."
 )
 
 
