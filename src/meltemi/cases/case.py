@@ -106,7 +106,7 @@ class FileCase(Record):
     file: str
     """Path, relative to the case file."""
     grid: Hawc2Grid | None = None
-    """Of a HAWC2 turbulence box without its ``.hawc2.yaml``."""
+    """Grid of a HAWC2 turbulence box without its ``.hawc2.yaml``."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] angle, clockwise from above, by which the wind of the file is rotated about the tower."""
 

@@ -54,7 +54,7 @@ ABOVE_RATED = 1.1
 SURE = 0.99
 """Share of the largest gain that is used, for what lies between the frequencies."""
 SHARES = np.linspace(0.0, 1.0, 9)
-"""Of the delay of the band-pass that the proportional part takes back."""
+"""Shares of the delay of the band-pass that the proportional part compensates, among which a tuning chooses."""
 HALF_DELAY = 1.5
 """Delay over the sample time: loads are those of the step before, and a demand is held for a step."""
 NEAREST, PER_SIDE, HIGHEST = 1e-3, 120, 0.999

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 SPEED, INTENSITY, DURATION, TRANSIENT = 9.0, 0.1, 600.0, 30.0
 WIND = {"--wind-speed": SPEED, "--turbulence": INTENSITY, "--seed": 1}
-"""Of a row without other options: below rated wind, where wakes cost power."""
+"""Wind of a row by default: below rated wind speed, where wakes cost power."""
 DEL = "DEL: damage-equivalent load, 1 Hz, of the blade root out of plane (slope 10) and the tower base fore-aft (4)"
 
 

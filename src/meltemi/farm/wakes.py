@@ -41,19 +41,19 @@ BEYOND = 3.0
 FURTHEST = 20.0
 """Rotor diameters at which every wake ends."""
 SLOWEST = 0.3
-"""Of the mean wind, with which a wake drifts: the planes for which there is memory."""
+"""Lowest drift speed of a wake over the mean wind, which determines the memory for its planes."""
 DEVELOPED = 0.6
 """The same when wakes are developed before a run."""
 SLACK = 15.0
-"""[m] by which nodes leave the rotor's plane, besides the drift of planes between exchanges."""
+"""[m] deflection of nodes out of the rotor plane, in addition to the drift of planes between exchanges."""
 SEEN = 0.6
-"""Of the diameter: radius of what a turbine sees, with its bent blades."""
+"""Radius about a rotor within which wakes are evaluated, over its diameter: with deflected blades."""
 CELLS = 250
-"""Of a view of the farm, along its longer side."""
+"""Number of cells of a view of the farm along its longer side."""
 MEMORY = 60.0
 """[s] over which a rotor's wind is filtered, in which it operates while wakes develop."""
 LEAST_SHARE = 0.3
-"""Of the wind, in which a turbine starts."""
+"""Least wind in which a turbine starts, over the ambient wind."""
 LEAST_WIND = 1.0
 """[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
 FINE = 40

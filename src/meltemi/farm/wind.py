@@ -22,9 +22,9 @@ Float = NDArray[np.float64]
 ASIDE = 1.9
 """Rotor diameters beside the outermost turbines that a generated field reaches: wakes meander there."""
 POINTS = 12
-"""Of a generated field in a rotor diameter."""
+"""Points of a generated field per rotor diameter."""
 MOST_MEMORY = 4e9
-"""[bytes] of a generated field."""
+"""[bytes] largest size of a generated field."""
 
 
 def wind_and_positions(

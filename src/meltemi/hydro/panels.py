@@ -24,7 +24,7 @@ SHARP = 0.05
 """Least curvature of an edge: of the squared normals' deviations over those along the mean normal."""
 BISECTIONS = 30
 MOST_CELLS = 5e6
-"""Of a grid: some ten seconds."""
+"""Largest number of cells of a grid, which takes some ten seconds."""
 FINE = (2.0, 4.0)
 """Grids of the hydrostatics, finer than that of the panels by these factors."""
 

@@ -68,7 +68,7 @@ class PowerControl(Record):
     frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s] of the speed loop through the pitch; by default that of the turbine's own law at rated power."""
     damping_ratio: float = Field(default=0.7, gt=0.0, le=5.0)
-    """Of the same loop, and of the loop of the tip-speed ratio."""
+    """Damping ratio of the speed loop, and of the loop of the tip-speed ratio."""
     anticipation: float = Field(default=0.0, ge=0.0, le=60.0)
     """[s] by which the pitch loop extrapolates the speed by its rate of change, so that A1 to A3 begin to pitch before
     rated speed is reached."""

@@ -50,7 +50,7 @@ class Hawc2Grid(Record):
     profile: Literal["power", "none"] = "power"
     """Mean wind to be added: a power law, or none if the files contain it."""
     shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
-    """Of the power law [-]; 0 adds the speed at every height."""
+    """Shear exponent of the power law; 0 adds the speed at every height."""
     mean_u: Vector | None = None
     """[m/s] mean of each row from the lowest up, added instead of the profile."""
     mean_v: Vector | None = None

@@ -16,7 +16,7 @@ INPUTS = ("generator_speed", "pitch", "generator_torque", "wind_speed", "mean_wi
 """Quantities of an operating point, in the order of the library."""
 POLYNOMIAL, STEP, TABLE = 0, 1, 2
 POINTS = 1025
-"""Of a table over one quantity."""
+"""Number of points of a table over one quantity."""
 EXACT = 1e-11
 """Relative difference up to which a rule counts as the controller's own."""
 

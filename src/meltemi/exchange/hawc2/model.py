@@ -41,7 +41,7 @@ OVERDAMPED = 0.99
 BESIDE = 0.01
 """[m] between two definitions of a centre of mass from which a note reports it."""
 BOUND = 0.5
-"""Of the torsional compliance from the generator to the hub: what lies beyond turns with the hub."""
+"""Share of the torsional compliance from the generator to the hub; what lies beyond turns with the hub."""
 
 
 @dataclass(frozen=True, eq=False)

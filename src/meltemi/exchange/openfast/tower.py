@@ -24,7 +24,7 @@ SHEAR_SHARE = 0.53
 ADJUSTED = ("AdjTwMa", "AdjFASt", "AdjSSSt")
 """Keywords of the lines that stand before the table of the tower's sections."""
 LUMP = (*(f"centre_{axis}" for axis in "xyz"), *(f"inertia_{axis}" for axis in "RPY"))
-"""Of the platform's mass in ElastoDyn, here that of a transition piece."""
+"""Centre and inertia of the platform's mass in ElastoDyn, which here is that of a transition piece."""
 SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
 """Directions in the names of SubDyn's springs: Kxx, Kxty and so on."""
 

@@ -40,7 +40,7 @@ SAME = 1e-3
 WALL = 0.01
 """Wall over the diameter of members, which are not flooded: HydroDyn wants one."""
 SOLVER = {"kbot": 3e6, "cbot": 3e5, "dtIC": 1.0, "TmaxIC": 60.0, "CdScaleIC": 4.0, "threshIC": 0.001}
-"""Of MoorDyn: the sea bed's stiffness [Pa/m] and damping [Pa s/m], and the search for rest."""
+"""Options of MoorDyn: stiffness [Pa/m] and damping [Pa s/m] of the sea bed, and of the search for equilibrium."""
 BELOW = 0.1
 """[m] by which a pile goes on below the bed in HydroDyn, so that its end has no pressure of the water."""
 MOST_OUTPUTS = 9

@@ -69,7 +69,7 @@ class Instruction:
 
     @cached_property
     def function(self) -> str:
-        """Of a call: name of a function of LLVM without its types, or of the C library; empty for others."""
+        """Name of the called function: of LLVM without its types, or of the C library; empty for other instructions."""
         if not self.callee.startswith("@llvm."):
             return self.callee[1:]
         return re.sub(r"(?:\.(?:v?\d*[fip]\d+))+$", "", self.callee[6:])

@@ -312,7 +312,7 @@ def _flap(runs: LoadControlRuns, stated: Stated) -> Finding:
 
 
 NONE = unchecked("")
-"""Of rules whose claims cannot be checked, for the reason that ``claims.csv`` states."""
+"""Rule for claims that cannot be checked, for the reason that ``claims.csv`` states."""
 RULES: Mapping[str, Rule | RuleOfRuns] = {
     "near": Rule(_near, f"two-sided p of at least {LEAST_P:g} among the single minutes of all seeds"),
     "raised": Rule(_raised, "95 % interval of our mean over seeds, above zero"),

@@ -28,6 +28,6 @@ DROP, RATE = 3.0, 32.0
 TEMPERATURES = (40.0, 30.0, 20.0, 10.0, 0.0, -10.0)
 """[degC] of Figure 6."""
 HUMIDITIES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""Of Figure 7."""
+"""Relative humidities of Figure 7."""
 ALTITUDES = (0.0, 500.0, 1000.0, 1500.0, 2000.0)
 """[m] of Figures 3 and 5."""

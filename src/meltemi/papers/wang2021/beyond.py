@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 WIND_CLASS = "IIIB"
-"""Of the limits' turbulence; the turbine's class S does not say."""
+"""Class of the turbulence in which limits are evaluated; the turbine's class S does not state one."""
 LIMIT_SPEEDS = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0)
 """[m/s]."""
 

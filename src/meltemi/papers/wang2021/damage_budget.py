@@ -47,9 +47,9 @@ LEVELS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
 SCHEMES: Mapping[str, Scheme] = {"A1": "rated_speed", "A0": "optimal_speed"}
 """Ways to limit the power; the first one's full power is the base."""
 BUDGETS = (0.9, 0.75)
-"""Of the damage at full power."""
+"""Permitted damage over that at full power."""
 WIND_CLASS, LEAD, LENGTH = "IIIB", 60.0, 300.0
-"""Of the turbulence; [s] not judged and judged of a run."""
+"""Class of the turbulence; initial transient [s] and judged time [s] of a run."""
 ALIKE, PLANNED = "one limit", "planned over the wind"
 """Kinds of plans."""
 SPENT = (TOWER_BASE, YAW_BENDING, BLADE_ROOT)

@@ -35,7 +35,7 @@ DRAWN = (STOP, EMERGENCY, DERATE, SLOWED, IGNORE)
 MACHINE, SLOW = "12.6 rpm", "9.9 rpm"
 """Machines in the gust: the paper's rotor speed and a slower one, with constant torque above rated."""
 SIGNS: Mapping[Sign, str] = {1: "clockwise", -1: "counter-clockwise"}
-"""Of the direction change, seen from above: the paper gives none, the standard has both."""
+"""Senses of the direction change seen from above: the paper gives none, the standard has both."""
 RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR) for against in (STOP, IGNORE))
 """Loads of derating, and the strategy that they are compared with."""
 MOVED = np.radians(0.2)

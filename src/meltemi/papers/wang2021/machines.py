@@ -20,7 +20,7 @@ from meltemi.turbine.library import load_turbine
 
 MEASURED: Final = "zr20-122"
 STUDIED: Final = "ct30-155"
-"""Of the library: that of the measurements, and that of the strategies."""
+"""Library turbines of the measurements, and of the strategies."""
 TORQUE_HELD: Final = {"control.torque.hold": "torque"}
 LIMITED = 2.0e6
 """[W] to which the paper derates."""

@@ -64,7 +64,7 @@ from meltemi.turbine.definition import Turbine
 
 AS_SCALED, CALIBRATED, EARLY = "as scaled", "calibrated", "calibrated, speed limited early"
 TIP_SPEED_RATIO = 10.5
-"""Of the last one: with it the rated speed is reached in a wind below rated, so that there is a speed limit area."""
+"""Tip-speed ratio of ``EARLY``: the rotor reaches rated speed below rated wind, so there is a speed limit area."""
 YAW_RATE = float(np.radians(0.5))
 """[rad/s] by default; the paper gives none."""
 RECHECK, SHORT_RECHECK = 90.0, 30.0

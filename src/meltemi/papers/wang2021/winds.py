@@ -22,7 +22,7 @@ from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.turbulent import TurbulentWind
 
 SHEAR = 0.2
-"""Of the normal wind profile; the site's is not given."""
+"""Shear exponent of the normal wind profile; the paper does not give that of its site."""
 
 GUST_BEGIN, GUST_SPEED, GUST_RISE = 10.0, 10.67, 14.33
 """[s], [m/s], [m/s] of Figure 9: rated wind 8.67 m/s plus 2 m/s, and up to 25 m/s (15 m/s in the standard). The paper

@@ -26,7 +26,7 @@ Float = NDArray[np.float64]
 GWH = 3.6e12
 """[J]."""
 HOURS = 8766.0
-"""Of a year."""
+"""Hours of a year."""
 NAMES = {
     ROOT: "blade root, out of plane",
     IN_PLANE: "blade root, in plane",

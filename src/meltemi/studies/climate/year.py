@@ -32,7 +32,7 @@ AIR: Final[tuple[Effect, ...]] = ("altitude", "temperature", "humidity")
 STEPS = (*AIR, "rain", "ice")
 """What is put in one after another."""
 SHED_SHARE = 0.1
-"""Of the hours with ice, in which one blade has thrown its ice off. An assumption: there are no statistics."""
+"""Share of the hours with ice in which one blade has shed its ice: an assumption, for want of statistics."""
 
 
 @dataclass(frozen=True)

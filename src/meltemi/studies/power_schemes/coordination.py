@@ -110,7 +110,7 @@ CANDIDATES: dict[str, Candidate] = {
 
 CONVENTIONAL, PROPOSAL = "each for itself", "pitch and torque"
 OURS = ("pitch and yaw", "all three", "all three, wide hold", RIVAL)
-"""Of the candidates: the paper's conventional scheme, the one that it proposes, and ours."""
+"""Names of candidates: the paper's conventional scheme, the scheme that it proposes, and those of this package."""
 
 HOURS = SchemeSetup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
 QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)

@@ -81,7 +81,7 @@ SHOWN = (PITCH, TRACKING, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
 FRONT = (TOWER_LOAD, ROOT_LOAD, ENERGY)
 STEADY, FOLLOWING = "steady", "following"
 SCHEMES = ("A0", "A1", "A2", "A3")
-"""Of the power control; the first is the base of changes."""
+"""Schemes of the power control; changes refer to the first."""
 
 
 FULL = SchemeSetup(speed=12.0, levels=(0.4, 0.6, 0.8, 1.0), length=600.0, begin=100.0, points=21)
