@@ -29,7 +29,7 @@ FREQUENCY = "stiffness and mass give a first frequency which over rated rotor sp
 MODULUS = "modulus over density [m^2/s^2] of a thin tube of its mass and diameter"
 TUBE = "it over that of a thin tube of the same bending stiffness"
 SLENDER = 0.05
-"""Drag coefficient below which a section is an airfoil that lifts."""
+"""Drag coefficient below which a section is a lifting airfoil."""
 
 
 def doubt(key: str, what: str, value: float, least: float, most: float) -> str:

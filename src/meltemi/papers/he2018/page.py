@@ -172,6 +172,6 @@ STUDY: Study[LoadControlRuns] = Study(
     run=run_all,
     figures=FIGURES,
     contents=contents,
-    texts=("duel.md", "after.md"),
+    texts=("rosco.md", "after.md"),
     applied=of_turbine,
 )
