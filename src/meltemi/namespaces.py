@@ -63,18 +63,18 @@ def public(namespace: str, *, explain: bool = True) -> tuple[Callable[[str], Any
 
 
 def _explained(module: Any, name: str) -> Any:
-    """What a module has under a name; a function explains invalid arguments."""
+    """Attribute of a module; a function explains invalid arguments."""
     from meltemi.core.calls import explained
 
     value = getattr(module, name)
     if isinstance(value, FunctionType) and not hasattr(value, "explained"):
         value = explained(value)
-        setattr(module, name, value)  # under its own name, too: what is pickled is found there
+        setattr(module, name, value)  # in its module, too, where pickle looks it up
     return value
 
 
 def _hint(name: str, namespace: str) -> str:
-    """Where a name is that a namespace does not have, or the closest names."""
+    """Namespace of a name that another namespace does not have, or the closest names."""
     from meltemi.core.errors import did_you_mean
 
     places = [place for each in ("", *NAMESPACES) if name in declared(place := f"meltemi.{each}".strip("."))]

@@ -42,7 +42,7 @@ def test_the_comparison_with_rosco_requires_rosco(monkeypatch: pytest.MonkeyPatc
 def test_a_study_is_applied_to_another_turbine(
     command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, study: str
 ) -> None:
-    """A page of its own, without claims and without the paper's texts; the runs are not those of this test."""
+    """A separate page, without claims and without the paper's texts; the runs are not those of this test."""
     page = import_module(f"meltemi.papers.{study}.page")
     whole = page.STUDY.applied
 

@@ -265,7 +265,7 @@ def follow(
     the previous point (M-30). There are as many names as coordinates; the remaining modes are not structural.
 
     Args:
-      found: modes at each operating point.
+      point_modes: modes at each operating point.
       order: sequence in which the points are evaluated.
     """
     from scipy.optimize import linear_sum_assignment

@@ -77,7 +77,7 @@ class IecCase(Record):
     edition: Literal[2, 3, 4] | None = None
     """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
-    """[m/s; 1 to 80] at hub height; EWM uses that of its class."""
+    """[m/s; 1 to 80] wind speed at hub height; EWM uses that of its class."""
     sign: Literal[1, -1] | None = None
     """Sign of a direction change or shear."""
     begin: float | None = None
@@ -120,12 +120,12 @@ class StartCase(Record):
     pitch: float | None = Field(default=None, gt=-1.6, lt=3.2)
     """[rad]; by default the pitch actuator's largest, feathered."""
     azimuth: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] of blade 1, 0 when it points up."""
+    """[rad] azimuth of blade 1, 0 when it points up."""
     undeflected: bool = False
     """Blades and tower straight and at rest, and the generator's torque that of the baseline law, as OpenFAST begins;
     for a rotor that turns, under any controller."""
     coordinates: dict[str, float] = Field(default_factory=dict)
-    """[m, rad] of coordinates that are not zero, with ``undeflected: true``: ``platform_pitch: 0.1`` for a decay."""
+    """[m, rad] coordinates that are not zero, with ``undeflected: true``; ``platform_pitch: 0.1`` for a decay."""
 
     @model_validator(mode="after")
     def _speed_is_given(self) -> StartCase:
@@ -159,7 +159,7 @@ class LoadCase(Record):
     idles until the operator requests a start (``idling``), both with the supervised controller; or a parked rotor, with
     the supervised, bladed or fixed one; or that of OpenFAST (``undeflected``), with any controller."""
     duration: float = Field(gt=0.0, le=1e6)
-    """[s; 1 to 1e5]."""
+    """[s; 1 to 1e5] simulated time."""
     channels: tuple[str, ...] = tuple(DEFAULT)
     """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
@@ -169,9 +169,9 @@ class LoadCase(Record):
     view: bool = False
     """Record the motion for the three-dimensional view (`meltemi view`)."""
     blade_stations: tuple[float, ...] = ()
-    """[m] from the blade root: stations of section loads."""
+    """[m] stations of section loads from the blade root."""
     tower_stations: tuple[float, ...] = ()
-    """[m] above the tower base: stations of section loads."""
+    """[m] stations of section loads above the tower base."""
     events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
     """Faults, grid losses and operator requests, each with its time."""
     options: ModelOptions = ModelOptions()

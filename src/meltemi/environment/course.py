@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 DENSITY_ERROR = 5e-5
 """Relative, of a density that is interpolated."""
 HALVINGS = 8
-"""At most, of an interval in which the air changes."""
+"""Largest number of steps of an interval in which the air changes."""
 
 
 def _density_times(air: Air, times: Float) -> Float:

@@ -110,7 +110,7 @@ def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
     if is_case(path) or (path.suffix in YAML and not path.exists()):
         if given:
             words = ", ".join(word for word in map(str, _words(given)) if word.startswith("--"))
-            raise InputError(f"{path} is the file of a farm, which defines its own run; remove {words}")
+            raise InputError(f"{path} is the file of a farm, which defines the run; remove {words}")
         return read_record(path, FarmCase), path.parent
     return _row_case(target, given), Path()
 

@@ -43,7 +43,7 @@ FURTHEST = 20.0
 SLOWEST = 0.3
 """Lowest drift speed of a wake over the mean wind, which determines the memory for its planes."""
 DEVELOPED = 0.6
-"""The same when wakes are developed before a run."""
+"""Lowest drift speed over the mean wind while wakes develop before a run."""
 SLACK = 15.0
 """[m] deflection of nodes out of the rotor plane, in addition to the drift of planes between exchanges."""
 SEEN = 0.6

@@ -52,7 +52,7 @@ def wind_and_positions(
 
 
 def _along(direction: float, positions: Float) -> tuple[Float, Float]:
-    """(turbines,) [m] along and across a wind direction [rad]."""
+    """(turbines,) [m] positions along and across a wind direction [rad]."""
     both = np.array([in_axes(direction, float(x), float(y)) for x, y in positions])
     return both[:, 0], both[:, 1]
 

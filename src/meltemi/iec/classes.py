@@ -56,7 +56,7 @@ class WindClass(Record):
     v_ave: float = Field(gt=0.0, le=50.0)
     """V_ave [m/s]: annual mean at hub height; 0.2 V_ref by default."""
     v_storm: float = Field(gt=0.0, le=70.0)
-    """[m/s] that replaces V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
+    """[m/s] wind speed instead of V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
     i_ref: float = Field(gt=0.0, lt=1.0)
     """I_ref [-]: expected turbulence intensity at 15 m/s; in edition 2 I_15, the characteristic one."""
     a: float | None = Field(default=None, gt=0.0)
@@ -140,7 +140,7 @@ def wind_class(name: str, edition: Edition = 3) -> WindClass:
 
 
 def as_class(of: str | WindClass, edition: Edition | None) -> WindClass:
-    """A class given by name (edition 3 by default) or as a record with its own edition."""
+    """A class given by name (edition 3 by default) or as a record, which has an edition."""
     if isinstance(of, WindClass):
         if edition not in (None, of.edition):
             raise InputError(f"edition: the {of.label} cannot be used with edition {edition}")

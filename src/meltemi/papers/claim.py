@@ -53,7 +53,7 @@ class Claim:
 
     @property
     def outcome(self) -> Outcome:
-        """What the judgement comes to."""
+        """Verdict of the judgement."""
         return self.judgement.outcome
 
 

@@ -30,7 +30,7 @@ def reproduce(
         tuple[str, ...] | None, "Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."
     ] = None,
     turbine: Annotated[
-        str | None, "Apply the paper's methods to another turbine: a page of its own, without claims.", TURBINES
+        str | None, "Apply the paper's methods to another turbine: a separate page, without claims.", TURBINES
     ] = None,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),

@@ -14,7 +14,7 @@ UNJUDGED, UNCHECKED = "cannot be judged: ", "cannot be checked: "
 _BEGINS: dict[Outcome, str] = {"by_reading": "holds only for ", "unjudged": UNJUDGED, "unchecked": UNCHECKED}
 _BETWEEN = " / "
 FEWEST_SEEDS = 4
-"""Below which intervals are as wide as effects, and nothing is judged by them."""
+"""Number of seeds below which intervals are as wide as effects, and nothing is judged by them."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Judgement:
 
     @property
     def outcome(self) -> Outcome:
-        """What they come to together."""
+        """Common verdict of all readings."""
         outcomes = {verdict.outcome for _, verdict in self.verdicts}
         return outcomes.pop() if len(outcomes) == 1 else "by_reading"
 

@@ -30,7 +30,7 @@ from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 Band = tuple[float, float]
-"""[Hz] from, to; both included."""
+"""[Hz] first and last frequency; both included."""
 Detrend = Literal["constant", "linear"]
 
 

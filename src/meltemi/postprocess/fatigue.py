@@ -1,7 +1,7 @@
 """Damage-equivalent loads of series and results.
 
 * Ranges are not binned unless ``bins`` is given; then every cycle has the range of its bin's upper edge.
-* No correction for the mean (Goodman) is made.
+* Cycles are not corrected for their mean (Goodman).
 * Equivalent load: DEL = (sum_i n_i S_i^m / N_eq)^(1/m) with N_eq = f_eq T: a load of constant range, f_eq
   times a second, that does the same damage. f_eq is 1 Hz unless said otherwise.
 """

@@ -145,7 +145,7 @@ def even_series(
     recorded: Channel | None = None
     if isinstance(source, Result):
         if channel is None or dt is not None:
-            raise InputError(f"{where}: a result requires a channel, and defines its own time")
+            raise InputError(f"{where}: a result requires a channel, and defines the time")
         recorded = source.channel(channel)
         x, step = source[channel], time_step(source.time, where)
     else:

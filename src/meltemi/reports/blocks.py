@@ -58,7 +58,7 @@ class Marked:
 
     Attributes:
       cell: content of the cell.
-      kind: "own" (subject of the row), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
+      kind: "subject" (of the row), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
         "warned", "failed".
     """
 

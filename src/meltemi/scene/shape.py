@@ -22,7 +22,7 @@ USUAL_THICKNESS = 0.21
 
 
 def sections(length: float) -> Float:
-    """(S,) [m] from the root: denser towards the tip, where the chord ends."""
+    """(S,) [m] positions from the root, denser towards the tip, where the chord ends."""
     return length * (1.0 - (1.0 - np.linspace(0.0, 1.0, SECTIONS)) ** 1.35)
 
 
@@ -44,7 +44,7 @@ def thickness(turbine: Turbine, s: Float) -> Float:
 
 
 def roundness(t: Float | float) -> Any:
-    """From 0 for an airfoil to 1 for a circle, by relative thickness."""
+    """Weight from 0 for an airfoil to 1 for a circle, by relative thickness."""
     return np.clip((t - 0.35) / 0.6, 0.0, 1.0)
 
 

@@ -68,7 +68,7 @@ class ResultDifferences(Brief):
       first, second: the results on the same instants, with the compared channels in the same columns.
       channels: differences by channel.
       only_first, only_second: names of channels that the other result does not have.
-      notes: adjustments made for the comparison.
+      notes: adjustments for the comparison.
     """
 
     first: Result
@@ -79,7 +79,7 @@ class ResultDifferences(Brief):
     notes: tuple[str, ...]
 
     def facts(self) -> dict[str, str]:
-        """Number of channels, and adjustments made for the comparison."""
+        """Number of channels, and adjustments for the comparison."""
         facts = {"channels": str(len(self.channels))}
         for name in ("only_first", "only_second", "notes"):
             if words := getattr(self, name):

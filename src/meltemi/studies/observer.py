@@ -474,7 +474,7 @@ def observer(
 
 
 ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", "innovation", "Q")
-"""What :func:`_design` gives, as attributes of :class:`Observer`."""
+"""Results of :func:`_design`, as attributes of :class:`Observer`."""
 
 
 def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbulence, R: Float) -> tuple[Float, ...]:

@@ -43,7 +43,7 @@ VECTORS = "signals aero_states measured velocity acceleration clock controller_s
 REMEDIES = {
     "turbine_hash": "it was saved with another turbine",
     "model_hash": "it was saved with other options or air",
-    "wind_hash": "it was saved in another wind; one that is made for the duration of the run, such as turbulence, "
+    "wind_hash": "it was saved in another wind; one that is generated for the duration of the run, such as turbulence, "
     "depends on it: give the whole duration from the beginning, and stop before its end (--until)",
     "sea": "it was saved in another sea",
     "grid": "it was saved with another grid",

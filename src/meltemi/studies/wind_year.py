@@ -41,9 +41,9 @@ from meltemi.turbine.definition import Turbine
 Float = NDArray[np.float64]
 DAY, HOUR = 86400.0, 3600.0
 YEAR = 365.0 * DAY
-"""[s]."""
+"""[s] seconds of a year."""
 QUARTER = 91.25
-"""[days] of a part."""
+"""[days] length of a part."""
 WEATHER, DRIFT = 8.0 * HOUR, 24.0 * HOUR
 """[s] time scales of mean speed and mean direction."""
 MEANDER, MEANDER_TIME = 0.6, 1200.0
@@ -55,9 +55,9 @@ FRONTS = (0, 50, 200)
 COSINE = 2.0
 """Power goes with this power of the cosine of the yaw error below rated."""
 DOWN_TIME = 600.0
-"""[s] from the stop of a turbine to production again, if the error allows."""
+"""[s] time from the stop of a turbine to production, if the yaw error permits."""
 WINDOW = 30
-"""[s] of the mean wind."""
+"""[s] averaging time of the mean wind."""
 STRATEGIES = {"S3": 0, "S1": 1, "S2": 2}
 
 

@@ -42,7 +42,7 @@ BasePoints = tuple[Float, Float]
 Key = tuple[str, float, float, int]
 """Model of the turbulence, wind speed [m/s], yaw error [rad] and seed of a run."""
 TIP, CLEARANCE = "tip clearance", "tip_clearance_1"
-"""What is judged beside the loads, and its channel: the distance of the tip from the yaw axis."""
+"""Name of the judged tip clearance and its channel: the distance of the tip from the yaw axis."""
 UNITS: Mapping[str, str] = {name: load.unit for name, load in LOADS.items()} | {TIP: "m"}
 """Units of the judged quantities; without limits of the user all of them are judged."""
 ERRORS = tuple(np.radians((0.0, 15.0, 30.0, 45.0, 60.0, 75.0)))

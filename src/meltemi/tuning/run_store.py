@@ -284,7 +284,7 @@ def resumed(
 
 
 def _input(value: Any) -> Any:
-    """What identifies an argument of a case by its content; None for what has no reproducible hash."""
+    """Identity of an argument of a case by its content; None without a reproducible hash."""
     if isinstance(value, Controller):
         # what depends on a library or another process may count its starts
         return value.name, value.sample_time, fingerprint(value) if value.fresh is None else None

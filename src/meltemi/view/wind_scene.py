@@ -15,7 +15,7 @@ POINTS, RATE, LONGEST = 15, 5.0, 600.0
 USUAL_HEIGHT, USUAL_SIZE = 90.0, 65.0
 """[m] hub height and half width at which a wind without grid is drawn."""
 USUAL_DURATION = 60.0
-"""[s] of a wind without end."""
+"""[s] shown duration of a wind without end."""
 
 
 def usual_field(wind: TurbulentWind) -> WindBox:

@@ -185,7 +185,7 @@ def write_hawc2(box: WindBox, path: str | Path, box_front: Front = "last") -> li
     The files hold single-precision numbers in the order of :func:`read_hawc2`, without the mean of each component
     over time and width at each height. These means, the grid and all else are in the ``.yaml`` file, a
     :class:`Hawc2Grid`, with which the box is read back as it was. HAWC2 and InflowWind need the numbers of points,
-    the steps, the mean speed and a shear in their own input, must not scale the turbulence (``dont_scale 1``), and
+    the steps, the mean speed and a shear in their input, must not scale the turbulence (``dont_scale 1``), and
     take every box as periodic. At time 0 plane 0 is at the y of ``center_pos0``, which shall be :attr:`WindBox.lead`.
 
     Source: as for :func:`read_hawc2`.

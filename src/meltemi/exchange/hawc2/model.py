@@ -35,11 +35,11 @@ Float = NDArray[np.float64]
 SECTION = np.kron(np.eye(2), np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
 """(6, 6) our axes of a section, x to the suction side and y to the trailing edge, from HAWC2's."""
 RIGID_TORSION = 1e13
-"""[N m/rad] of a shaft beyond which it is rigid for any turbine."""
+"""[N m/rad] torsional stiffness of a shaft above which it is rigid for any turbine."""
 OVERDAMPED = 0.99
 """Largest damping ratio of a tower: stiffer or more damped ones do not swing at all."""
 BESIDE = 0.01
-"""[m] between two definitions of a centre of mass from which a note reports it."""
+"""[m] distance between two definitions of a centre of mass above which a note reports it."""
 BOUND = 0.5
 """Share of the torsional compliance from the generator to the hub; what lies beyond turns with the hub."""
 

@@ -17,7 +17,7 @@ from meltemi.exchange.report import Notes
 from meltemi.turbine.definition import Foundation
 
 STEEL_SPEED = math.sqrt(210e9 / 8500.0)
-"""[m/s] of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
+"""[m/s] speed of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
 SHEAR_SHARE = 0.53
 """Share of the area of a thin tube that carries shear (Cowper 1966 for a Poisson ratio of 0.3)."""
 

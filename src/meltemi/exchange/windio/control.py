@@ -22,7 +22,7 @@ Float = NDArray[np.float64]
 SENSITIVITY = 25.52e6 / 5.2966e6
 """[1/rad] -dP/dpitch over rated power at zero pitch of the NREL 5 MW (TP-500-38060, Table 7-1 and section 7)."""
 HALVING = 6.302336 * DEGREE
-"""[rad] of the same."""
+"""[rad] phase margin of the same loop."""
 BANDWIDTH, DAMPING = 0.6 / rpm(12.1), 0.7
 """Frequency of the speed loop over the rated rotor speed, and its damping ratio, of the same."""
 REGION_3, SLIP, POWER_PITCH = 0.99, 0.1, DEGREE

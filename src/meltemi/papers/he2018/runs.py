@@ -370,7 +370,7 @@ MODEL_PARTS = {
     "with static polars": ModelOptions(stall="static"),
     "with a quasi-steady wake": ModelOptions(inflow="quasi_steady"),
 }
-"""What the model of FAST leaves out, one by one."""
+"""Effects that the model of FAST neglects, one by one."""
 _OF_GRID = {name: partial(_of_grid, 10 * (k + 1), *wind) for k, (name, wind) in enumerate(GRID.items())}
 CALM = "no turbulence"
 STUDIES: Mapping[str, WindStudy] = {

@@ -52,7 +52,7 @@ Float = NDArray[np.float64]
 WIND_CLASS = "IIIB"
 """Class of the turbulence in which limits are evaluated; the turbine's class S does not state one."""
 LIMIT_SPEEDS = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0)
-"""[m/s]."""
+"""[m/s] wind speeds at which limits are evaluated."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def site() -> WindSite:
 
 
 def rated_wind(turbine: Turbine) -> float:
-    """[m/s] at which the turbine reaches rated power."""
+    """[m/s] wind speed at which the turbine reaches rated power."""
     return float(power_curve(build(turbine, FAST.replace(yaw="held"))).speed[-1])
 
 

@@ -41,7 +41,7 @@ from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
 SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)
-"""[m/s]."""
+"""[m/s] wind speeds of the runs."""
 LEVELS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
 """Power limits over rated power; the first is full power."""
 SCHEMES: Mapping[str, Scheme] = {"A1": "rated_speed", "A0": "optimal_speed"}

@@ -39,7 +39,7 @@ SIGNS: Mapping[Sign, str] = {1: "clockwise", -1: "counter-clockwise"}
 RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR) for against in (STOP, IGNORE))
 """Loads of derating, and the strategy that they are compared with."""
 MOVED = np.radians(0.2)
-"""[rad] of pitch beyond which it has begun to move."""
+"""[rad] pitch angle beyond which it has begun to move."""
 
 
 def first(result: Result, where: NDArray[np.bool_]) -> float:
@@ -173,7 +173,7 @@ EXPERIMENTS = (
     (AT_ONCE, DERATE, YAW_BENDING),
     (AT_ONCE, DERATE, TOP_SHEAR),
 )
-"""What is changed, what it is compared with, and of which load."""
+"""Setting that changes, setting for comparison, and load."""
 
 
 def ratios_table(g: Gusts) -> Table:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 GWH = 3.6e12
-"""[J]."""
+"""[J] one gigawatt hour."""
 HOURS = 8766.0
 """Hours of a year."""
 NAMES = {

@@ -79,7 +79,7 @@ class Periods:
     missing: int = 0
 
     def density(self, what: Effect = "humidity") -> Float:
-        """(N,) [kg/m^3] with the effects up to the named one: altitude, temperature, humidity."""
+        """(N,) [kg/m^3] air density with the effects up to the named one: altitude, temperature, humidity."""
         if what == "altitude":
             air = Air(altitude=self.altitude)
             if self.pressure is not None:

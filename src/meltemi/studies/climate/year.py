@@ -30,7 +30,7 @@ BIN = 0.5
 """[m/s] width of the bins of a year, from cut-in to cut-out."""
 AIR: Final[tuple[Effect, ...]] = ("altitude", "temperature", "humidity")
 STEPS = (*AIR, "rain", "ice")
-"""What is put in one after another."""
+"""Effects in the order in which they are added."""
 SHED_SHARE = 0.1
 """Share of the hours with ice in which one blade has shed its ice: an assumption, for want of statistics."""
 
@@ -107,7 +107,7 @@ class Curves:
         return interpolated
 
     def power(self, values: Float) -> Float:
-        """As ``over_speed`` for power, which is proportional to the cube of the wind speed below the smallest one."""
+        """Interpolation as ``over_speed`` of power, which is cubic in the wind speed below the smallest one."""
         slow = np.minimum(self.middle / self.speeds[0], 1.0) ** 3
         return self.over_speed(values) * slow[:, None]
 
@@ -126,7 +126,7 @@ class Curves:
         return np.clip(self.at(self.produced, density), 0.0, 1.02 * rated)
 
     def hours(self, climate: Periods) -> Float:
-        """(N, bins) [h] of each period in the bins at the hub."""
+        """(N, bins) [h] hours of each period in the bins of the wind speed at the hub."""
         return climate.wind_hours(self.edges, self.response.turbine.hub_height)
 
     def energy(self, density: Float, hours: Float) -> Float:

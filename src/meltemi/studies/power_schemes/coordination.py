@@ -74,7 +74,7 @@ UNITS = {
 SHOWN = (PITCH, TURNED, TOWER_LOAD, ROOT_LOAD, TOP_LOAD)
 """Beside the energy, whose percents would be lost on their scale."""
 MOVES = 1e-4
-"""[rad/s] from which the drive turns: a fiftieth of the drive's rate."""
+"""[rad/s] yaw rate above which the drive turns: a fiftieth of the drive's rate."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, p
 LEVEL = 0.75
 """Share of rated power in the shorter comparison: Figure 21 of Palanimuthu et al. (2022)."""
 Tables = Mapping[float, EnsembleTable]
-"""By share of rated power."""
+"""Share of rated power."""
 
 
 def markov(rng: np.random.Generator, deviation: float, time: float, step: float, n: int) -> Float:

@@ -23,7 +23,7 @@ from meltemi.turbine.definition import Turbine
 Float = NDArray[np.float64]
 
 AIR = 1.225
-"""[kg/m^3]"""
+"""[kg/m^3] air density."""
 USUAL_POWER_COEFFICIENT = 0.48
 """Power coefficient of a rotor at its best tip-speed ratio; only its cube root matters here."""
 

@@ -33,13 +33,13 @@ PHASE_MARGIN, GAIN_MARGIN = math.radians(30.0), 2.0
 AMPLITUDE = 3e-4
 """Amplitude of a line at low frequency over the speed: small enough for the linear range, large against rounding."""
 CORNER = 0.2
-"""[Hz] above which amplitudes fall, so that pitch rates stay small."""
+"""[Hz] frequency above which amplitudes fall, so that pitch rates stay small."""
 LOWEST, HIGHEST, LINES = 0.02, 2.0, 40
 """[Hz] range of the lines, and about how many."""
 REPEATABLE = 0.05
 """Largest difference of two successive periods over the response: beyond, the loop is not linear or not damped."""
 STEP = 0.05
-"""[s] between recorded samples."""
+"""[s] interval between recorded samples."""
 
 
 @dataclass(frozen=True)
