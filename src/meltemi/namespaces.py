@@ -24,17 +24,17 @@ def declared(namespace: str) -> dict[str, tuple[str, str]]:
     """Module and name there of each public name of a namespace, from its stub file; a module has no name there."""
     place = os.path.join(os.path.dirname(__file__), *namespace.split(".")[1:])  # noqa: PTH118, PTH120 - pathlib is slow to import
     stub = f"{place}/__init__.pyi" if os.path.isdir(place) else f"{place}.pyi"  # noqa: PTH112
-    found: dict[str, tuple[str, str]] = {}
+    entries: dict[str, tuple[str, str]] = {}
     with open(stub, encoding="utf-8") as lines:  # noqa: PTH123
         for line in lines:
             match line.split():
                 case ["from", "meltemi", "import", inner, "as", name]:
-                    found[name] = (f"meltemi.{inner}", "")
+                    entries[name] = (f"meltemi.{inner}", "")
                 case ["from", module, "import", there, "as", name]:
-                    found[name] = (module, there)
+                    entries[name] = (module, there)
                 case [name, _] if name.endswith(":"):
-                    found[name[:-1]] = (namespace, name[:-1])
-    return found
+                    entries[name[:-1]] = (namespace, name[:-1])
+    return entries
 
 
 def public(namespace: str, *, explain: bool = True) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:

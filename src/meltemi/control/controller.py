@@ -1,6 +1,6 @@
 """Interface of controllers: compiled ones and callbacks in plain Python.
 
-A controller owns a state vector made by ``init`` and an ``update`` that is called every
+A controller has a state vector from ``init`` and an ``update`` that is called every
 ``sample_time`` seconds. ``update`` may be a plain Python function or one compiled by Numba
 (``@numba.njit``); either reads and writes by name: ``measurements.generator_speed``, ``demands.pitch[b]``.
 Compiled ones enter the time loop through one function type, so the loop is never compiled again for

@@ -62,7 +62,7 @@ class YawControl(Record):
     minimum_wind: float = Field(default=2.5, ge=0.0)
     """[m/s] averaged wind speed below which the drive does not turn."""
     twist_limit: float | None = Field(default=None, gt=0.0)
-    """[rad] from yaw 0 to either side beyond which the drive does not turn, for the cables' sake; none by default.
+    """[rad] limit of the yaw angle to either side, for the cables; the drive does not turn beyond it; none by default.
     Nothing untwists the cables."""
 
 

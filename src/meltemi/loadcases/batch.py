@@ -102,7 +102,7 @@ class Batch:
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
-        self.asked = self.told = 0
+        self.started = self.reported = 0
 
     @one_blas_thread  # once for all threads: the setting belongs to the process
     def run(self) -> list[Outcome]:
@@ -135,7 +135,7 @@ class Batch:
         """Call the callbacks."""
         if self.done is not None:
             for i in sorted([*self.outcomes]):
-                self.told += 1
+                self.reported += 1
                 self.done(self.outcomes.pop(i))
         if self.progress is not None:
             self.progress(self._share())
@@ -143,7 +143,7 @@ class Batch:
     def _share(self) -> float:
         if self.total is None:
             return 0.0
-        done = self.told + len(self.outcomes)
+        done = self.reported + len(self.outcomes)
         running = [run.share for run in list(self.under_way.values())]
         return (done + sum(running)) / max(self.total, done + len(running), 1)
 
@@ -177,13 +177,13 @@ class Batch:
         with self.next_lock:
             following = next(self.waiting, None)
             if following is None:
-                self.total, self.exhausted = self.asked, True
+                self.total, self.exhausted = self.started, True
                 return None
             i, case = following
             if not isinstance(case, Run):
                 raise InputError(f"simulate_batch: cases: expected meltemi.Run, found {case!r:.60} as number {i + 1}")
             name = case.name or f"case_{i + 1:04d}"
-            repeated, self.asked = name in self.names, i + 1
+            repeated, self.started = name in self.names, i + 1
             if case.name or self.out is not None:  # a million names would need 0.1 GB
                 self.names.add(name)
         if repeated:

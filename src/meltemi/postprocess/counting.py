@@ -28,7 +28,7 @@ DEPTH = 64
 class OpenCycles(Table, title="rainflow counter"):
     """Cycles of a series that grows by one value after the other."""
 
-    slope: float = number("-", "of the S-N curve")
+    slope: float = number("-", "slope of the S-N curve")
     depth: float = number("-", "turning points of open cycles")
     end: float = number("of the series", "present end of the series")
     values: float = number("-", "values until now, as far as it matters: 0, 1, 2")

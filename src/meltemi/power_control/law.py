@@ -25,7 +25,7 @@ SPARED = 0.9
 """Share of the power at fine pitch that A3 may take below the lower speed after a held pitch; the rest brings the speed
 back."""
 LEAST_SHARE, LEAST_VOLTAGE = 0.05, 0.9
-"""Of rated power and of the grid voltage, above which the efficiency is estimated."""
+"""Shares of rated power and of the nominal grid voltage above which the efficiency is estimated."""
 FINE = 1e-6
 """[rad] within which the pitch is at its smallest."""
 ABOVE_LOWER, ABOVE_UPPER, BELOW_RECOVERY, AT_FINE, HOLDING = range(len(t.CONDITIONS))

@@ -118,7 +118,7 @@ class Simulation:
         whether inflow and stall are settled by them.
       held_steps: time steps of which the output is held, for a run with a ``sink``; by default all.
 
-    ``advance`` marches under the run's own controller. For co-simulation and reinforcement learning, create the
+    ``advance`` marches under the controller of the run. For co-simulation and reinforcement learning, create the
     simulation with ``controller=meltemi.control.ConstantController(sample_time)``, call ``reset``, then ``step`` with
     demands.
 

@@ -14,7 +14,7 @@ from meltemi.simulation.system import System
 from meltemi.turbine.imbalance import deviations
 
 GEAR_SWEEPS = 8
-"""Each sweep reduces the residual by the gears' fraction of the inertia of rotor and generator."""
+"""Number of sweeps; each reduces the residual by the gears' fraction of the inertia of rotor and generator."""
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""From the data of a gearbox to the arrays of ``structure.gears``: a torsional chain, reduced by Craig and Bampton.
+"""Arrays of ``structure.gears`` from the data of a gearbox: a torsional chain, reduced by Craig and Bampton.
 
 Angles of all parts are relative to the nacelle. The ends, rotor and generator, are coordinates of the turbine; the
 parts between them have the static motion due to the ends, and modes with both ends fixed.

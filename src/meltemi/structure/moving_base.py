@@ -40,7 +40,7 @@ class Base(Table):
     position: Vec = xyz("m", "position of the tower's base")
     velocity: Vec = xyz("m/s", "velocity of the tower's base")
     acceleration: Vec = xyz("m/s^2", "known acceleration of the tower's base")
-    orientation: Rot = matrix("-", "of the base")
+    orientation: Rot = matrix("-", "orientation of the base")
     spin: Vec = xyz("rad/s", "angular velocity")
     spin_rate: Vec = xyz("rad/s^2", "angular acceleration, known part")
 

@@ -218,8 +218,9 @@ def _settings(g: Gusts) -> Iterator[tuple[str, list[GustSetting]]]:
 
 def _by_control(words: str, settings: Sequence[GustSetting], holds: Callable[[GustSetting], bool]) -> dict[str, bool]:
     """Verdicts by yaw control; one for all if they agree."""
-    found = {f"{words} with {s.average:g} s": holds(s) for s in settings}
-    return found if len(set(found.values())) > 1 else {f"{words} with every yaw control": next(iter(found.values()))}
+    verdicts = {f"{words} with {s.average:g} s": holds(s) for s in settings}
+    agree = len(set(verdicts.values())) == 1
+    return {f"{words} with every yaw control": next(iter(verdicts.values()))} if agree else verdicts
 
 
 def _halves(g: Gusts, which: Sequence[tuple[str, str]]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""From the description of a bladed turbine to the arrays of the kernels.
+"""Arrays of the kernels from the description of a bladed turbine.
 
 ``build`` rejects unsupported input with a message; kernels assume valid arrays.
 """
