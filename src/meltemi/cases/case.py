@@ -159,25 +159,25 @@ class LoadCase(Record):
     idles until the operator requests a start (``idling``), both with the supervised controller; or a parked rotor, with
     the supervised, bladed or fixed one; or that of OpenFAST (``undeflected``), with any controller."""
     duration: float = Field(gt=0.0, le=1e6)
-    """[s; 1 to 1e5] simulated time."""
+    """[s; 1 to 1e5] duration."""
     channels: tuple[str, ...] = tuple(DEFAULT)
     """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
     """[s; 0.001 to 2] interval of the records."""
     transient: float = Field(default=0.0, ge=0.0)
-    """[s; 1 to 3600] initial transient, recorded, but excluded from statistics and equivalent loads."""
+    """[s; 1 to 3600] initial transient, which statistics and equivalent loads exclude."""
     view: bool = False
     """Record the motion for the three-dimensional view (`meltemi view`)."""
     blade_stations: tuple[float, ...] = ()
-    """[m] stations of section loads from the blade root."""
+    """[m] stations of blade loads from the root."""
     tower_stations: tuple[float, ...] = ()
-    """[m] stations of section loads above the tower base."""
+    """[m] stations of tower loads above the base."""
     events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
-    """Faults, grid losses and operator requests, each with its time."""
+    """Faults, grid losses and operator requests."""
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
-    """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
+    """Voltage, frequency, reactive power, and power reference for controllers that follow it."""
     sea: Sea | None = None
     """Waves and current around the turbine's support; by default still water."""
     icing: Icing | None = None
