@@ -127,7 +127,7 @@ def campbell(
     if getattr(model.turbine, "platform", None) is None:
         weightless = model.with_parameters(**{"structure.gravity": 0.0})
         vacuum = replace(weightless, environment=model.environment.replace(gravity=0.0))
-    # the generator is locked only after steady operation has been found with it free
+    # the generator is locked only after the search for steady operation, in which it is free
     locked = model.locked.copy()
     if not free:
         locked[model.coordinates.index("generator")] = 1.0

@@ -31,13 +31,13 @@ from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
 
 Float = NDArray[np.float64]
 Together = Callable[[Callable[[int], Any]], list[Any]]
-"""Calls a function for all turbines, on threads."""
+"""Call of a function for all turbines, on threads."""
 RADII = 60
 """Points of a profile."""
 ASIDE, WANDERS = 2.0, math.radians(15.0)
-"""Turbines downwind that a wake may meet: rotor diameters beside its way, and angle to the mean wind."""
+"""Limits for downwind turbines that a wake may meet: rotor diameters beside its path, angle to the mean wind."""
 BEYOND = 3.0
-"""Rotor diameters behind the last of them that a wake reaches."""
+"""Rotor diameters that a wake extends behind the last of these turbines."""
 FURTHEST = 20.0
 """Rotor diameters at which every wake ends."""
 SLOWEST = 0.3
@@ -51,13 +51,13 @@ SEEN = 0.6
 CELLS = 250
 """Number of cells of a view of the farm along its longer side."""
 MEMORY = 60.0
-"""[s] over which a rotor's wind is filtered, in which it operates while wakes develop."""
+"""[s] time constant of the filtered wind in which rotors operate while wakes develop."""
 LEAST_SHARE = 0.3
 """Least wind in which a turbine starts, over the ambient wind."""
 LEAST_WIND = 1.0
-"""[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
+"""[m/s] least wind of a thrust coefficient: a rotor in calm air leaves no wake."""
 FINE = 40
-"""Points between the radii of a profile, of integrals of the load along the blade."""
+"""Points between the radii of a profile for integrals of the load along the blade."""
 MOST_THRUST = 2.0
 """Largest thrust coefficient at any radius."""
 
@@ -367,7 +367,7 @@ class FarmWakes:
         return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
 
     def rotor_wind(self, i: int, rotor: RotorState, t: float) -> tuple[Float, Float]:
-        """(3,) [m/s] mean wind over the span of rotor i with the wakes of the other turbines, and ambient."""
+        """(3,) [m/s] mean wind over the span of rotor i with the wakes of the other turbines, and (3,) ambient wind."""
         m = self.fields[i]
         m.wakes.time = t
         u, v = quick(rotor_mean, m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))

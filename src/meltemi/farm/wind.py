@@ -20,7 +20,7 @@ from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 Float = NDArray[np.float64]
 ASIDE = 1.9
-"""Rotor diameters beside the outermost turbines that a generated field reaches: wakes meander there."""
+"""Rotor diameters of a generated field beside the outermost turbines, where wakes meander."""
 POINTS = 12
 """Points of a generated field per rotor diameter."""
 MOST_MEMORY = 4e9

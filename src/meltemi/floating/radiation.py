@@ -59,7 +59,7 @@ class Radiation:
 
     @property
     def residue(self) -> Complex:
-        """(P, 6, 6) of each pole: output times input."""
+        """(P, 6, 6) residue of each pole: output times input."""
         return self.output[:, :, None] * self.input[:, None]
 
     def kernel(self, t: Float) -> Float:

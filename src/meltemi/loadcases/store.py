@@ -84,7 +84,7 @@ def with_model_and_wind(case: Run) -> Run:
 
 
 def reduced(result: Any, reduce: Reduce | None) -> Any:
-    """Value of a result; None where too little of it can be reduced, as its own status says more."""
+    """Value of a result; None where too little of it can be reduced, as its status says more."""
     try:
         return result if reduce is None else reduce(result)
     except InputError:

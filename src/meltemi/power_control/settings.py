@@ -26,7 +26,7 @@ class Droop(Record):
     droop: float = Field(default=0.05, gt=0.0, le=1.0)
     """Change of frequency, share of the nominal, for which the power changes by all of the rated one."""
     dead_band: float = Field(default=0.02, ge=0.0, lt=5.0)
-    """[Hz] to either side of the nominal frequency within which nothing changes."""
+    """[Hz] dead band to either side of the nominal frequency."""
     nominal: float | None = Field(default=None, gt=10.0, lt=100.0)
     """[Hz] frequency; by default that of the turbine's electrical system, 50 Hz where it has none."""
     reserve: float = Field(default=0.0, ge=0.0, lt=1.0)

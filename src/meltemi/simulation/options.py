@@ -54,7 +54,7 @@ class AdvancedOptions(Record):
     """Dynamic stall model with the trailing edge ahead, within 45 degrees from the chord: the static polar behind the
     lag of the shed wake, or, as in OpenFAST 5, the static polar."""
     chord_angle: Literal["section", "openfast"] = "section"
-    """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
+    """Second-order part of the chord's angle on a blade bent both ways: in the plane of the section, or from the order
     of rotations in OpenFAST 5."""
 
     blade_cells: tuple[float, ...] | None = Field(default=None, min_length=2, max_length=201)

@@ -119,7 +119,7 @@ def planned(run: Run) -> RunPlan:
         raise InputError(
             "grid: power_reference is given, but the baseline controller does not follow it: "
             "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
-            "or one of your own"
+            "or a controller that follows it"
         )
     return RunPlan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
 

@@ -81,7 +81,7 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
         raise InputError(f"{path}: the run has failed and cannot be continued: {simulation.message}")
     if case.controller.close is not None:
         raise InputError(
-            f"{path}: the controller {case.controller.name!r} keeps its state in a process of its own, which cannot be "
+            f"{path}: the controller {case.controller.name!r} keeps its state in a separate process, which cannot be "
             "saved; compiled controllers and plain functions of the state vector can"
         )
     if len(case.parts) > len(simulation.model.parts) + (simulation.sea is not None):

@@ -125,7 +125,7 @@ class Comparison(Brief):
         return Card("Comparison", f"{len(self.schemes)} control schemes in the same wind fields", facts, sections)
 
     def values(self, quantity: str, scheme: str, window: str = WHOLE) -> Float:
-        """(seeds,) a quantity in SI."""
+        """(seeds,) values of a quantity in SI."""
         return np.array([run.numbers[window][quantity] for run in self.runs[scheme]])
 
     def table(self, window: str = WHOLE, *, confidence: float = 0.95) -> EnsembleTable:

@@ -107,8 +107,8 @@ class Gearbox(Record):
     parallel: ParallelStage | None = None
     """A last stage with parallel shafts."""
     damping_ratio: float = Field(default=0.05, ge=0.0, le=0.3)
-    """[-; 0.005 to 0.2] of the gearbox's modes between rotor and generator held. In gear meshes 0.03 to 0.17 was
-    measured (Kasuba & Evans 1981)."""
+    """[-; 0.005 to 0.2] damping ratio of the gearbox modes with rotor and generator fixed; in gear meshes 0.03 to 0.17
+    was measured (Kasuba & Evans 1981)."""
     source: str = ""
 
     @property

@@ -246,7 +246,7 @@ def _blade(body: Body, aero: Block, path: Path, notes: Notes) -> tuple[dict[str,
     apart = turned_centres(sections.rows)[:, 2:4] - sections.rows[:, 2:4]
     away = float(np.max(np.linalg.norm(apart, axis=1)))
     if away > BESIDE:
-        why = f"from the half chord along the chord, as in the manual; HAWC2's own is up to {away:.2g} m away (S-72)"
+        why = f"from the half chord along the chord, as in the manual; that of HAWC2 is up to {away:.2g} m away (S-72)"
         notes.add("approximated", body.block.where, "centres of mass, FPM 1", why)
     if np.any(body.damping[:3]):
         notes.add("ignored", body.block.where, "damping", "the part in proportion to the mass")

@@ -149,7 +149,7 @@ class InputFile:
         if at is None:
             raise InputError(
                 f"{self.path}: no table header with {first} below line {entry.line} ({entry.name}); "
-                "columns of this table are found by their names"
+                "columns of this table are identified by their names"
             )
         header, rows, _ = self.rows(entry, count, at, notes=notes)
         columns = [key(name) for name in header]

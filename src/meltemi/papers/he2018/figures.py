@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 HIGHEST = 0.9
-"""[Hz] to which spectra are drawn: a little beyond 4P."""
+"""[Hz] upper limit of spectra: a little beyond 4P."""
 WIDTH = 7.4
 """[in] size of all figures, so that letters are legible in the text column of a page of 1200 pixels."""
 
