@@ -146,11 +146,11 @@ def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: 
     label = f"{case.turbine}, {case.wakes.words}: {result[0].meta['wind']}"
     print_table(label, *cost_rows(result, before, SHOWN), all_rows=(head, rows))
     print(f"{DEL}; %: change by the wakes" if before else DEL)
-    drawn = meltemi.plots.plot_farm(result, before, label)
-    files = [*write_farm(result, out), *write_results(out / "farm", (head, rows), drawn)]
+    figure = meltemi.plots.plot_farm(result, before, label)
+    files = [*write_farm(result, out), *write_results(out / "farm", (head, rows), figure)]
     if case.view:
-        seen = {f"T{i + 1}": each for i, each in enumerate(result.turbines)}
-        files.append(meltemi.plots.view(seen).write(out / "farm.html"))
+        results = {f"T{i + 1}": each for i, each in enumerate(result.turbines)}
+        files.append(meltemi.plots.view(results).write(out / "farm.html"))
     return files
 
 

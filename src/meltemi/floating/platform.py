@@ -89,7 +89,7 @@ class Platform(Record):
         """Note on what tensions of static lines do not include; empty for moving ones."""
         return STATIC_TENSIONS if self.lines and self.line_model == "static" else ""
 
-    def drawn(self) -> dict[str, Any]:
+    def view_shape(self) -> dict[str, Any]:
         """Shape for views: depth [m], members with their ends and diameters [m], lines as points in equilibrium."""
         members = [[*each.start.tolist(), *each.end.tolist(), *each.diameters] for each in self.members]
         rest = at_rest(self.lines, self.points, self.depth, self.water_density)
