@@ -21,7 +21,7 @@ Float = NDArray[np.float64]
 SEA_LEVEL_PRESSURE = 101325.0
 """[Pa] pressure of the ISO 2533 standard atmosphere at sea level."""
 SEA_LEVEL_RANGE = (8e4, 1.1e5)
-"""[Pa] limits of the pressure."""
+"""[Pa] limits of the pressure at sea level."""
 
 
 def vapour_pressure(temperature: ArrayLike, humidity: ArrayLike) -> Float:

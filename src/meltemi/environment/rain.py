@@ -79,7 +79,7 @@ class Rain(Particular):
     drop_speed: float | None = Field(default=None, gt=0.0, le=200.0)
     """[m/s] speed at which drops meet the rotor; by default the wind speed."""
     half_thickness: float = Field(default=2.0, ge=0.0, le=100.0)
-    """[m] thickness of the flat ellipsoid that represents the rotor."""
+    """[m] half the thickness of the flat ellipsoid that represents the rotor."""
     water_density: float = Field(default=drops.WATER, gt=0.0, le=2000.0)
     """[kg/m^3] density of water."""
 

@@ -27,7 +27,7 @@ Float = NDArray[float64]
 WIDE = 1.9
 """Half the side of a plane over the rotor diameter."""
 VORTICES = np.arange(2, 100)
-"""Numbers of the vortices, of 100 along the rotor diameter: FAST.Farm's loop leaves out the lowest one."""
+"""Numbers of the vortices along the rotor diameter, of 100: FAST.Farm's loop leaves out the lowest one."""
 CORE = 0.2
 """Core radius of the vortices over the rotor diameter."""
 STABLE = 0.2

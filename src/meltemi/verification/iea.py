@@ -22,7 +22,7 @@ LOWEST = 5.0
 FLAPWISE_DAMPING = 0.12
 """Damping ratio above which a mode is flapwise."""
 RATED = 10.9
-"""[m/s] distance between the last wind of the table at the smallest pitch and the first above it."""
+"""[m/s] rated wind speed, between the last wind of the table at the smallest pitch and the first above it."""
 
 
 def steady_15mw() -> CheckTable:

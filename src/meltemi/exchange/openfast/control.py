@@ -13,7 +13,7 @@ from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import Notes
 
 IDEAL_RATE = math.radians(8.0)
-"""[rad/s] natural frequency of a pitch drive of which the deck says nothing."""
+"""[rad/s] rate limit of a pitch drive of which the deck says nothing."""
 SLIP = 0.1
 REGION_3 = 0.99
 """Share of the rated speed at which region 3 begins (TP-500-38060)."""

@@ -30,7 +30,7 @@ NO_FILE = frozenset(["", "unused", "none", "unsed", "n/a", "default"])
 WORDS = NO_FILE | {"true", "false", "t", "f"}
 """Values that are words."""
 DIFFRACTS = "MCF"
-"""Keywords in place of HydroDyn's pressure coefficients: 1, and MacCamy-Fuchs diffraction (``ParseRAryWKywrd``)."""
+"""Keyword in place of HydroDyn's pressure coefficients: 1, and MacCamy-Fuchs diffraction (``ParseRAryWKywrd``)."""
 POSITIONAL = frozenset(["main", "ElastoDyn", "ElastoDyn tower", "BeamDyn", "BeamDyn blade", "DISCON"])
 """Modules whose files include no other ones."""
 INCLUDE = re.compile(r"""\s*@\s*(?:(\d+)\s*(-\s*\d+)?\s+in\s+)?(?:"([^"]+)"|'([^']+)'|([^"'!#%]+))""", re.IGNORECASE)

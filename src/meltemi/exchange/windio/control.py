@@ -22,11 +22,11 @@ Float = NDArray[np.float64]
 SENSITIVITY = 25.52e6 / 5.2966e6
 """[1/rad] -dP/dpitch over rated power at zero pitch of the NREL 5 MW (TP-500-38060, Table 7-1 and section 7)."""
 HALVING = 6.302336 * DEGREE
-"""[rad] phase margin of the same loop."""
+"""[rad] pitch at which the sensitivity of the NREL 5 MW is doubled."""
 BANDWIDTH, DAMPING = 0.6 / rpm(12.1), 0.7
-"""Frequency of the speed loop over the rated rotor speed, and its damping ratio, of the same."""
+"""Frequency of the speed loop of the NREL 5 MW over the rated rotor speed, and its damping ratio."""
 REGION_3, SLIP, POWER_PITCH = 0.99, 0.1, DEGREE
-"""Rated over reference speed, slip and [rad] pitch above the smallest where the power is held, of the same."""
+"""Rated over reference speed, slip, and pitch [rad] above the smallest for constant power, of the NREL 5 MW."""
 TORQUE = {"maximum_torque": ("control.max_gen_torque", 1.0), "rate_limit": ("control.max_torque_rate", 1.0)}
 PITCH = {"maximum": ("control.max_pitch_limit", DEGREE), "rate_limit": ("control.max_pitch_rate", DEGREE)}
 """Our keys from the paths of a windIO file, with the factor to SI units."""

@@ -76,7 +76,7 @@ Stated = Mapping[str, str]
 LEAST_P = 0.05
 """Two-sided probability from which one more minute of ours may be the paper's."""
 FEWEST_MINUTES = 40
-"""Number of seeds below which no probability would be below ``LEAST_P``."""
+"""Number of minutes below which no probability would be below ``LEAST_P``."""
 FEW = 3
 """Minutes as far as the paper's up to which a claim is said to hold by few."""
 TABLE_1_PITCH = 17.47

@@ -31,7 +31,7 @@ Float = NDArray[np.float64]
 HIGHEST = 0.9
 """[Hz] upper limit of spectra: a little beyond 4P."""
 WIDTH = 7.4
-"""[in] size of all figures, so that letters are legible in the text column of a page of 1200 pixels."""
+"""[in] width of all figures, so that letters are legible in the text column of a page of 1200 pixels."""
 
 
 def polars(runs: LoadControlRuns) -> Figure:

@@ -25,7 +25,7 @@ TORQUE_HELD: Final = {"control.torque.hold": "torque"}
 LIMITED = 2.0e6
 """[W] power of the paper's derating."""
 RATING = 2.037e6
-"""[W] power in the paper's simulation; Table 1 has 2 MW, Table 2 2,036 to 2,040 kW."""
+"""[W] rated power in the paper's simulation; Table 1 has 2 MW, Table 2 2,036 to 2,040 kW."""
 
 
 def measured_turbine() -> Turbine:

@@ -66,9 +66,9 @@ AS_SCALED, CALIBRATED, EARLY = "as scaled", "calibrated", "calibrated, speed lim
 TIP_SPEED_RATIO = 10.5
 """Tip-speed ratio of ``EARLY``: the rotor reaches rated speed below rated wind, so there is a speed limit area."""
 YAW_RATE = float(np.radians(0.5))
-"""[rad/s] default rate; the paper gives none."""
+"""[rad/s] default yaw rate; the paper gives none."""
 RECHECK, SHORT_RECHECK = 90.0, 30.0
-"""[s] duration of the runs of the strategy, and of the run that must end in a stop."""
+"""[s] recheck times of the strategy, and of the run that must end in a stop."""
 GUST_LENGTH, START_UP_LENGTH, POWER_LENGTH, STOP_AT = 100.0, 240.0, 480.0, 430.0
 """[s] durations of the runs, and time of the stop."""
 SHOWN = (

@@ -36,7 +36,7 @@ START_UP_SPEED, START_UP_LAST, START_UP_INTENSITY = 7.49, 8.06, 0.05
 """[m/s], [m/s], [-] of V1: the mean over 240 s is the paper's. Its power in the last minute needs 8.06 m/s on the
 measured power curve of Table 2; the paper does not give the wind of that minute."""
 START_UP_RISE = (145.0, 155.0)
-"""[s] rise time: early enough for the rotor to reach its new speed before the last minute."""
+"""[s] begin and end of the rise: early enough for the rotor to reach its new speed before the last minute."""
 POWER_SPEED, POWER_INTENSITY = 10.49, 0.085
 """[m/s], [-] of V2; the intensity lies between those of the bins at 9.9 and 11.0 m/s."""
 TURN, TURN_BEGIN, TURN_END = np.radians(20.0), 120.0, 180.0

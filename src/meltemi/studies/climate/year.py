@@ -107,7 +107,7 @@ class Curves:
         return interpolated
 
     def power(self, values: Float) -> Float:
-        """Interpolation as ``over_speed`` of power, which is cubic in the wind speed below the smallest one."""
+        """Power at wind speeds, as ``over_speed``; below the smallest speed it is cubic in the wind speed."""
         slow = np.minimum(self.middle / self.speeds[0], 1.0) ** 3
         return self.over_speed(values) * slow[:, None]
 

@@ -117,7 +117,7 @@ QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, p
 LEVEL = 0.75
 """Share of rated power in the shorter comparison: Figure 21 of Palanimuthu et al. (2022)."""
 Tables = Mapping[float, EnsembleTable]
-"""Share of rated power."""
+"""Tables by share of rated power."""
 
 
 def markov(rng: np.random.Generator, deviation: float, time: float, step: float, n: int) -> Float:

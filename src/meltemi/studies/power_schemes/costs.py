@@ -88,7 +88,7 @@ FULL = SchemeSetup(speed=12.0, levels=(0.4, 0.6, 0.8, 1.0), length=600.0, begin=
 QUICK = replace(FULL, seeds=(1, 2), levels=(0.6, 1.0), length=60.0, begin=40.0, points=11)
 
 Tables = Mapping[tuple[str, float], EnsembleTable]
-"""Demand (steady or following) and its level."""
+"""Tables by demand (steady or following) and level."""
 
 
 def regulation_signal(seed: int, duration: float, step: float = 2.0) -> tuple[Float, Float]:
