@@ -105,7 +105,7 @@ def campbell(
     Args:
       wind_speeds: [m/s] speeds of steady wind; rotor speed and pitch follow from steady operation.
       rotor_speeds: [rad/s] rotor speeds in place of wind speeds, in vacuum and at fine pitch; 0 is standstill.
-      air: with aerodynamics, or the structure in vacuum.
+      air: whether to include aerodynamics; otherwise the modes are those of the structure in vacuum.
       generator_free: whether the generator may rotate about its mean speed or has a prescribed speed; free by default
         with aerodynamics.
       azimuths: see ``linearise``.

@@ -198,9 +198,9 @@ def electric_advance(
       dt: [s].
       torque: [N m] demanded, on the generator's shaft.
       reactive: [var] demanded, delivered to the grid.
-      speed: [rad/s] of the generator's shaft.
-      voltage: [per unit] of the grid.
-      frequency: [Hz] of the grid.
+      speed: [rad/s] speed of the generator's shaft.
+      voltage: [per unit] voltage of the grid.
+      frequency: [Hz] frequency of the grid.
       e: parameters, states and recorded quantities.
     """
     # one function, 83 lines: both sides share the link within a substep, and parts would exchange a dozen numbers

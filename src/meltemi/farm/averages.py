@@ -39,7 +39,7 @@ def select_planes(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Ve
       count: number of planes of each wake.
       near: 1 for each wake that is considered, 0 for others.
       centre, normal, radius: geometry of the disk, axes of the farm.
-      slack: [m] by which the disk and the planes move until the next selection.
+      slack: [m] largest displacement of the disk and the planes until the next selection.
     """
     planes, reach, far = m.planes, m.wakes.reach, radius + slack
     for k in range(m.visible.wakes):

@@ -193,7 +193,7 @@ class FarmWakes:
     Args:
       settings: set of constants, merging, added turbulence.
       wind: the ambient wind.
-      positions: (turbines, 2) [m] in the axes of the wind.
+      positions: (turbines, 2) [m] positions in the axes of the wind.
       diameters, hubs: [m] rotor diameters and hub heights.
       mean: mean wind.
       step: [s] interval between exchanges.

@@ -129,7 +129,7 @@ class Moorings(KernelRecord):
 
 @kernel
 def dyad(a: float, b: float, e: Vec) -> Sym:
-    """a I + b e e^T."""
+    """Matrix a I + b e e^T."""
     return Sym(a + b * e.x * e.x, a + b * e.y * e.y, a + b * e.z * e.z, b * e.x * e.y, b * e.x * e.z, b * e.y * e.z)
 
 

@@ -32,7 +32,7 @@ I_REF: dict[Edition, dict[str, float]] = {
 """Turbulence intensity of each category at 15 m/s [-]: clause 6.2, table 1. The characteristic value I_15 in edition 2,
 the expected one I_ref since edition 3."""
 SLOPE = {"A": 2.0, "B": 3.0}
-"""a of edition 2 [-]: clause 6.2, table 1."""
+"""Slope parameter a of edition 2 [-]: clause 6.2, table 1."""
 V_REF_TROPICAL = 57.0
 """[m/s] V_ref,T of edition 4, clause 6.2, table 1: where there are tropical cyclones, whatever the class."""
 
@@ -41,7 +41,7 @@ NTM_B, ETM_C = 5.6, 2.0
 GUST_FACTOR, ONE_YEAR = 1.4, 0.8
 """V_e50 / V_ref, a 3 s gust over the 10 min mean, and speeds of 1 year over those of 50 years [-]."""
 STORM_INTENSITY = 0.11
-"""sigma_1 / V_hub of the turbulent extreme wind speed model [-]: ed. 3, eq. 16."""
+"""Ratio sigma_1 / V_hub of the turbulent extreme wind speed model [-]: ed. 3, eq. 16."""
 
 
 class WindClass(Record):

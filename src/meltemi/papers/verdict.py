@@ -22,7 +22,7 @@ class Verdict:
     """Whether a claim holds.
 
     Attributes:
-      outcome: what it comes to.
+      outcome: outcome of the judgement.
       words: how it differs, why nothing is known, or for what the claim holds.
     """
 

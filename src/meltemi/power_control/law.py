@@ -330,7 +330,7 @@ def track_ratio(x: PowerControlState, law: float, high: float, low: float, more:
 
     Args:
       high, low: [N m] limits of the demand.
-      more: [N m] for the grid's frequency, beside the loop.
+      more: [N m] additional torque for the grid's frequency.
     """
     last, loop = x.torque, x.torque_loop
     best = max(x.best_ratio * x.wind / x.radius * x.gear_ratio, x.optimal_speed)
@@ -360,7 +360,7 @@ def move_torque(x: PowerControlState, gain: float, more: float, dt: float) -> No
 
     Args:
       gain: gain of the torque law at the present pitch.
-      more: [W] for the grid's frequency, taken from the rotor's motion.
+      more: [W] additional power for the grid's frequency, from the kinetic energy of the rotor.
     """
     speed = max(x.speed, 1e-3)
     torque = x.setpoint / speed

@@ -50,7 +50,7 @@ def wet_polars(
     """Polars of blades in rain.
 
     Args:
-      position: (n,) [m] of the nodes.
+      position: (n,) [m] positions of the nodes.
       polars: (g, rows, columns) on the grid over the full circle; section: (g, constants); index: (blades, n).
 
     Raises:

@@ -225,7 +225,7 @@ def _interpolated(time: Float, known: Float, x: Float, wrap: bool) -> Float:
 
 
 def gaps(channel: Channel, x: Float, y: Float) -> Float:
-    """x minus y; for angles along the shorter arc."""
+    """Difference x - y; for angles along the shorter arc."""
     return (x - y + np.pi) % (2.0 * np.pi) - np.pi if channel.wrap else x - y
 
 

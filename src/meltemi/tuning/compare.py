@@ -203,7 +203,7 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
       model: model of the turbine, with all actuators that a controller moves.
       controllers: controllers by name, or functions from a wind to a controller; the first is the reference of changes.
       winds: one for each seed.
-      duration: [s] of each run.
+      duration: [s] duration of each run.
       transient: [s] initial transient, excluded from the evaluation.
       windows: [s] further evaluated parts, by name.
       grid: grid with a power reference that all controllers follow.

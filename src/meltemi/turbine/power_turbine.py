@@ -44,7 +44,7 @@ class HeierCoefficient(Record):
     maximum: float = Field(default=0.48, gt=0.0, le=16.0 / 27.0)
     """Maximum power coefficient [-; 0.3 to 0.5926], at most the Betz limit."""
     constants: tuple[float, float, float, float, float, float] = (0.5176, 116.0, 0.4, 5.0, 21.0, 0.0068)
-    """c1 to c6."""
+    """Constants c1 to c6."""
 
     @cached_property
     def peak(self) -> tuple[float, float]:

@@ -51,9 +51,9 @@ class Deflection:
     """Deflected beam at the stations of its description.
 
     Attributes:
-      position: (S, 3) [m] of the reference axis, in the beam's axes.
-      rotation: (S,) from the undeformed sections.
-      root_moment: (3,) [N m] of the beam on its support.
+      position: (S, 3) [m] positions of the reference axis, in the beam's axes.
+      rotation: (S,) rotations from the undeformed sections.
+      root_moment: (3,) [N m] moment of the beam on its support.
     """
 
     position: Float

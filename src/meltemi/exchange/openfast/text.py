@@ -135,7 +135,7 @@ class InputFile:
 
         Args:
           entry: the line that says how many rows there are.
-          wanted: for each column its name in the header; the first one identifies the header.
+          wanted: name of each column in the header; the first one identifies the header.
           notes: a warning is appended if the table continues.
           optional: columns that may be missing and are then left out.
 
@@ -180,7 +180,7 @@ class InputFile:
         Args:
           entry: the line that says how many rows there are.
           layout: names of the columns in the order in which OpenFAST reads them; a bar separates spellings.
-          wanted: for each column its name in the layout.
+          wanted: name of each column in the layout.
           notes: a warning is appended if the header has another name in a column.
           after: the table follows this line; by default that of ``entry``.
           skip: lines between that line and the header.

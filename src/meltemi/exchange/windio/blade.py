@@ -43,7 +43,7 @@ class ReferenceAxis:
     z: Float
 
     def at(self, grid: Float) -> tuple[Float, Float, Float]:
-        """x, y, z at other grid points."""
+        """Coordinates x, y, z at other grid points."""
         return (
             np.interp(grid, self.grid, self.x),
             np.interp(grid, self.grid, self.y),

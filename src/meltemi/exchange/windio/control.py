@@ -40,9 +40,9 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
     """Content of ``Turbine.control``, as far as available in the file.
 
     Args:
-      rotor_inertia: [kg m^2] of blades and hub about the shaft.
+      rotor_inertia: [kg m^2] inertia of blades and hub about the shaft.
       ratio: gear ratio.
-      generator_inertia: [kg m^2] about the high-speed shaft.
+      generator_inertia: [kg m^2] inertia of the generator about the high-speed shaft.
       efficiency: electrical over mechanical power.
     """
     rated, slowest = rotor_speed(tree, "rated_rotor_speed"), rotor_speed(tree, "min_rotor_speed")

@@ -38,10 +38,10 @@ class Instruction:
       code: text after the name, without metadata.
       operands: values with their types.
       callee: callee of a call, ``@name``; empty if its address is computed.
-      sources: for a ``phi``, the predecessor of each operand.
-      element: for ``getelementptr``, the type over which it steps.
-      places: for ``insertvalue``, the indices of the member.
-      align: [bytes] that an access to memory states; 0 for none.
+      sources: predecessor of each operand of a ``phi``.
+      element: type over which ``getelementptr`` steps.
+      places: indices of the member of ``insertvalue``.
+      align: [bytes] alignment of an access to memory; 0 for none.
       invariant: whether a load is of memory that never changes.
     """
 

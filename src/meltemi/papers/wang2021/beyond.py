@@ -84,11 +84,11 @@ def study(
     """Run limits, the grid of gusts with base points from the limits, and the year.
 
     Args:
-      turbine: which.
-      quick: a look.
-      limit_seeds: of the limits.
-      speed: [m/s] of the larger one of the grid's winds; by default that of the paper's gust.
-      workers, progress: of the runs.
+      turbine: turbine for the paper's methods.
+      quick: whether to run a small part of the study.
+      limit_seeds: seeds of the limits.
+      speed: [m/s] larger one of the grid's wind speeds; by default that of the paper's gust.
+      workers, progress: number of processes, and callback with the completed fraction.
     """
     fixed, seeds = build(turbine, FAST.replace(yaw="held")), limit_seeds[: 1 if quick else None]
     few: dict[str, Any] = {"speeds": LIMIT_SPEEDS if speed is None else None}

@@ -61,8 +61,8 @@ class DamageRates:
     """Power and damage rates of production.
 
     Attributes:
-      power: by scheme (speeds, levels, seeds) [W] mean power.
-      damage: by scheme and load (speeds, levels, seeds) damage rate, as L^m of the load in its unit.
+      power: (speeds, levels, seeds) [W] mean power by scheme.
+      damage: (speeds, levels, seeds) damage rate by scheme and load, as L^m of the load in its unit.
       shares: (speeds,) shares of the year.
     """
 

@@ -41,7 +41,7 @@ class SiteYear:
 
     Attributes:
       climate: the periods.
-      hours: (N, bins) [h] of each period in the bins of wind speed in operation.
+      hours: (N, bins) [h] hours of each period in the bins of wind speed in operation.
       density: (N,) [kg/m^3] air density.
       rated_wind: (N,) [m/s] rated wind speed.
       by_period, base_by_period: (N,) [J] energy with clean blades in the site's dry air, and at 1.225 kg/m^3; means
@@ -50,7 +50,7 @@ class SiteYear:
       steps: (seeds,) [J] successive contributions of the effects.
       constant: (seeds,) [J] excess of energy with the annual mean density over that with densities of the periods.
       seed_rain: (seeds,) [J] loss by rain by the review's formula, drops of 3 mm, instead of by drops on the blades.
-      loads: (seeds,) by channel, [N m] annual equivalent loads: at 1.225 kg/m^3 (``reference``), and with the effects
+      loads: (seeds,) [N m] annual equivalent loads by channel: at 1.225 kg/m^3 (``reference``), and with the effects
         up to each of the steps.
     """
 

@@ -49,7 +49,7 @@ class Situation:
       events: events of the run, as keys and values.
       inertia, stiffness: factors of the plant on those of the turbine for which the controller is tuned.
       iced: ice on all blades of the plant.
-      frequency: [rad/s] of the plant's pitch actuators, second order.
+      frequency: [rad/s] natural frequency of the plant's pitch actuators, second order.
       delay: [s] between the pitch demand and the actuator.
       noise: factor on the standard deviations ``NOISE`` of the sensors.
       starts: begins with an idling rotor.

@@ -82,8 +82,8 @@ class TwoTurbineResults:
     Attributes:
       turbine: name of the turbine.
       points: set-points of the upstream turbine.
-      margins: by split the misalignment [rad], the power demands of both [W], and the smallest margin [W].
-      errors: (seeds,) by split, root mean square of the power deficit of the farm over its demand.
+      margins: misalignment [rad], power demands of both turbines [W], and smallest margin [W], by split.
+      errors: (seeds,) root mean square of the power deficit of the farm over its demand, by split.
     """
 
     turbine: Turbine
