@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from programs import run, write_programs
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "development" / "bodies.md").read_text(encoding="utf-8")
@@ -80,38 +78,29 @@ for angle, rate in ((0.0, 0.0), (0.4, 0.3), (-0.9, 0.5)):
 """
 
 
-def run(folder: Path, *arguments: str, **environment: str) -> str:
-    for name, text in re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL):
-        (folder / name).write_text(text, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, *arguments],
-        cwd=folder,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    return done.stdout
+@pytest.fixture
+def files(tmp_path: Path) -> Path:
+    write_programs(PAGE, tmp_path)
+    return tmp_path
 
 
-def test_a_turbine_on_a_rocking_block_moves_as_its_closed_form(tmp_path: Path) -> None:
+def test_a_turbine_on_a_rocking_block_moves_as_its_closed_form(files: Path) -> None:
     """Accelerations and tower base loads of large angles, in plain Python: signs of motion, columns, known parts."""
-    run(tmp_path, "-c", CLOSED_FORM, NUMBA_DISABLE_JIT="1")
+    run(files, "-c", CLOSED_FORM, NUMBA_DISABLE_JIT="1")
 
 
-def test_the_page_checks_an_instant(tmp_path: Path) -> None:
+def test_the_page_checks_an_instant(files: Path) -> None:
     (printed,) = re.findall(r'^```text title="at this instant"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL)
-    assert run(tmp_path, "instant.py", NUMBA_DISABLE_JIT="1") == printed
+    assert run(files, "instant.py", NUMBA_DISABLE_JIT="1") == printed
 
 
-def test_a_number_of_the_block_that_is_missing_is_named(tmp_path: Path) -> None:
+def test_a_number_of_the_block_that_is_missing_is_named(files: Path) -> None:
     code = "import tumbler; tumbler.part_of(tumbler.turbine.replace(extensions={'block': {'radius': 1.0}}), None, None)"
     with pytest.raises(AssertionError, match="extensions.block: missing height, mass, centre, inertia, friction"):
-        run(tmp_path, "-c", code, NUMBA_DISABLE_JIT="1")
+        run(files, "-c", code, NUMBA_DISABLE_JIT="1")
 
 
 @pytest.mark.long
-def test_the_program_prints_what_the_page_says(tmp_path: Path) -> None:
+def test_the_program_prints_what_the_page_says(files: Path) -> None:
     (printed,) = re.findall(r'^```text title="printed"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL)
-    assert run(tmp_path, "swing.py") == printed
+    assert run(files, "swing.py") == printed

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from programs import run, write_programs
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "development" / "induction.md").read_text(encoding="utf-8")
@@ -37,8 +35,7 @@ assert abs(drag() / steady - 1.0) < 1e-4
 @pytest.fixture
 def files(tmp_path: Path) -> Path:
     """The package of the page, as pip would leave it there."""
-    for name, text in re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL):
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    write_programs(PAGE, tmp_path)
     (entry,) = re.findall(r"^```toml\n\[project\.entry-points\.\"(.*?)\"\]\n(.*?) = \"(.*?)\"\n```", PAGE, re.MULTILINE)
     info = tmp_path / "lifting_line-1.0.dist-info"
     info.mkdir()
@@ -47,19 +44,10 @@ def files(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def run(files: Path, *arguments: str) -> str:
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    found = subprocess.run(
-        [sys.executable, *arguments], cwd=files, env=environment, capture_output=True, text=True, check=False
-    )
-    assert found.returncode == 0, found.stderr[-3000:]
-    return found.stdout
-
-
 @pytest.mark.slow
 def test_an_elliptic_wing_has_lift_drag_and_downwash_of_the_closed_form(files: Path) -> None:
     (printed,) = re.findall(r'^```text title="printed"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL)
-    assert run(files, "wing.py") == printed
+    assert run(files, "wing.py", NUMBA_DISABLE_JIT="1") == printed
     lift, exact_lift, drag, exact_drag, least, most = (float(x) for x in re.findall(r"\d\.\d+", printed))
     assert lift == pytest.approx(exact_lift, rel=0.01)
     assert drag == pytest.approx(exact_drag, rel=0.02)
@@ -68,4 +56,4 @@ def test_an_elliptic_wing_has_lift_drag_and_downwash_of_the_closed_form(files: P
 
 @pytest.mark.slow
 def test_the_wake_turns_at_its_own_steps_and_the_loads_follow(files: Path) -> None:
-    run(files, "-c", STEPS)
+    run(files, "-c", STEPS, NUMBA_DISABLE_JIT="1")

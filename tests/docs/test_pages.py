@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from programs import write_programs
 
 import meltemi
 from meltemi.app.cli import main
@@ -208,10 +209,7 @@ def blocks(page: str, kind: str) -> list[str]:
 
 def files(page: str, folder: Path) -> list[Path]:
     """Write the files whose text stands on a page."""
-    found = re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', text_of(page), re.MULTILINE | re.DOTALL)
-    for name, content in found:
-        (folder / name).write_text(content, encoding="utf-8")
-    return [folder / name for name, _ in found]
+    return write_programs(text_of(page), folder)
 
 
 def test_the_deck_of_the_page_is_written(

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from programs import run, write_programs
 
 from meltemi.compiler import Array1, KernelRecord, hook, joined, kernel, records
 
@@ -31,22 +29,8 @@ for each in exact:
 
 @pytest.fixture
 def files(tmp_path: Path) -> Path:
-    for name, text in re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', PAGE, re.MULTILINE | re.DOTALL):
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    write_programs(PAGE, tmp_path)
     return tmp_path
-
-
-def run(files: Path, *arguments: str, **environment: str) -> str:
-    found = subprocess.run(
-        [sys.executable, *arguments],
-        cwd=files,
-        env={**os.environ, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert found.returncode == 0, found.stderr[-3000:]
-    return found.stdout
 
 
 @pytest.mark.slow

@@ -102,14 +102,14 @@ def test_motion_of_the_point_is_that_of_a_rigid_body() -> None:
     m, h = floating(), 1e-3
     plain(base_motion)(m)
     p, R = m.platform, turned(ATTITUDE)
-    near(p.arm, R @ [0.0, 0.0, -10.0])
+    near(np.subtract([*p.displacement], [*m.base.position]), R @ [0.0, 0.0, -10.0])
     near(p.displacement, ATTITUDE[1:4] + R @ [0.0, 0.0, -10.0] + [0.0, 0.0, 10.0])
     near(p.angle, Rotation.from_matrix(R).as_euler("xyz"), 1e-7)
     before, after = (np.array([*moved(t).displacement]) for t in (-h, h))
     near(p.velocity, (after - before) / (2.0 * h), 1e-6)
     near(p.bias, (after - 2.0 * np.array([*p.displacement]) + before) / h**2, 1e-5)
     spins = [np.array([*moved(t).spin]) for t in (-h, h)]
-    near(p.spin_bias, (spins[1] - spins[0]) / (2.0 * h), 1e-5)
+    near(m.base.spin_rate, (spins[1] - spins[0]) / (2.0 * h), 1e-5)
     turn = Rotation.from_matrix(turned(ATTITUDE + h * RATE) @ turned(ATTITUDE - h * RATE).T).as_rotvec()
     near(p.spin, turn / (2.0 * h), 1e-5)
     near([*p.velocity, *p.spin], RATE[LAST] @ m.platform_columns)
@@ -305,7 +305,7 @@ def test_water_pushes_damps_and_remembers() -> None:
     x = np.array([*p.displacement, *p.angle])
     own = np.concatenate([R.T @ [*p.velocity], R.T @ [*p.spin]])
     against = own - np.concatenate([R.T @ [0.4, -0.3, 0.0], np.zeros(3)])
-    water = m.float_waves[0, 1:] - K[0] @ [*p.bias, *p.spin_bias]
+    water = m.float_waves[0, 1:] - K[0] @ [*p.bias, *m.base.spin_rate]
     water -= np.array([0.3, -0.4]) @ m.float_output[:, :6] - np.array([0.7, 0.2]) @ m.float_output[:, 6:]
     lift = 70.0 * np.array([1.0, -0.8, -1.5]) - K[1, 2:5, 2:5] @ x[2:5]
     heading = Rotation.from_euler("z", p.angle.z).as_matrix()
@@ -579,7 +579,7 @@ def test_the_end_of_a_line_pulls_with_its_half_segment() -> None:
     along = (u @ e) * e
     M = 10.0 * (70.0 * (np.eye(3) - np.outer(e, e)) + 55.0 * np.outer(e, e))
     w = np.array([*p.spin])
-    known = np.array([*p.bias]) + np.cross([*p.spin_bias], r) + np.cross(w, np.cross(w, r))
+    known = np.array([*p.bias]) + np.cross([*m.base.spin_rate], r) + np.cross(w, np.cross(w, r))
     across = u - along
     expected = -T * e - 300.0 * np.linalg.norm(across) * across - 80.0 * np.linalg.norm(along) * along - M @ known
     expected[2] -= 10.0 * 50.0 * G

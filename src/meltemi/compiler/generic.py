@@ -45,7 +45,7 @@ def beyond(x: Any, bound: float) -> Any:
 
 @_for_floats
 def reverse(x: Any) -> bool:
-    """Whether this code, with numbers of the type of x, is being differentiated in reverse (``studies.reverse``)."""
+    """Whether this code, with numbers of the type of x, is being differentiated in reverse (``gradients.reverse``)."""
     return False
 
 

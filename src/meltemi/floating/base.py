@@ -57,9 +57,7 @@ class PlatformState(Table):
     angle: Vec = xyz("rad", "roll, pitch, yaw: rotations about x, then y, then z")
     velocity: Vec = xyz("m/s", "velocity of the platform's point")
     spin: Vec = xyz("rad/s", "angular velocity")
-    arm: Vec = xyz("m", "vector from the tower base to the platform's point")
     bias: Vec = xyz("m/s^2", "acceleration of the point without that of coordinates")
-    spin_bias: Vec = xyz("rad/s^2", "angular acceleration without that of coordinates")
     force: Vec = xyz("N", "force of the water: buoyancy, waves, radiation with added mass, drag")
     moment: Vec = xyz("N m", "moment of the water about the platform's point")
     mooring_force: Vec = xyz("N", "force of the mooring lines")
@@ -158,11 +156,9 @@ def platform_motion(m: FloaterSystem) -> None:
     base.velocity = Vec(v[first], v[first + 1], v[first + 2])
     base.acceleration = Vec(0.0, 0.0, 0.0)
     base.orientation, base.spin, base.spin_rate = R, w, known
-    p.arm = arm
     p.angle = Vec(atan2(R.zy, R.zz), atan2(-R.zx, sqrt(R.xx * R.xx + R.yx * R.yx)), atan2(R.yx, R.xx))
     p.spin = w
     p.bias = cross(known, arm) + cross(w, cross(w, arm))
-    p.spin_bias = known
     J = m.platform_columns
     for k in range(6):
         e = Vec(1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2))

@@ -137,7 +137,7 @@ def water_load(t: float, m: FloaterSystem) -> None:
     """Loads of the water but for added mass, in ``base_six``, with further ones (W-8 to W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
-    a, angle, R = m.float_waves, p.angle, m.base.orientation
+    a, angle, R, known = m.float_waves, p.angle, m.base.orientation, m.base.spin_rate
     velocity, turning = R.T @ p.velocity, R.T @ p.spin
     keep_six(BODY_VELOCITY, velocity, turning, m)
     keep_six(PLACE, p.displacement, angle, m)
@@ -145,7 +145,7 @@ def water_load(t: float, m: FloaterSystem) -> None:
     p.elevation = at(now, a, 0)
     for k in range(6):
         water = at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
-        water -= p.spin_bias.x * K[k, 3] + p.spin_bias.y * K[k, 4] + p.spin_bias.z * K[k, 5]
+        water -= known.x * K[k, 3] + known.y * K[k, 4] + known.z * K[k, 5]
         other, drag = 0.0 * water, 0.0 * water
         for j in range(6):
             other -= K[FURTHER + k, j] * x[PLACE, j]

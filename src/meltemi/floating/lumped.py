@@ -436,7 +436,7 @@ def lumped_pull(i: int, r: Vec, m: LumpedSystem) -> Vec:
     vt = dot(v, e)
     vn = v - vt * e
     M = dyad(half * line.inertia[i], half * (line.axial_inertia[i] - line.inertia[i]), e)
-    known = p.bias + cross(p.spin_bias, r) + cross(p.spin, cross(p.spin, r))
+    known = p.bias + cross(m.base.spin_rate, r) + cross(p.spin, cross(p.spin, r))
     pull = -(T * e) - (half * line.drag[i] * sqrt(dot(vn, vn))) * vn - (half * line.axial_drag[i] * abs(vt) * vt) * e
     pull -= Vec(0.0, 0.0, half * m.structure.gravity * line.mass[i]) + M @ known
     add_mass(M, r, m)

@@ -136,7 +136,7 @@ GROUP = "meltemi.parts"
 """Entry points of such functions in other packages; ``extensions`` of a turbine names those that it has."""
 
 
-def numbers_of(table: Any, given: Mapping[str, float], where: str) -> Any:
+def complete_table(table: Any, given: Mapping[str, float], where: str) -> Any:
     """A table of numbers, all of which must be given.
 
     Raises:

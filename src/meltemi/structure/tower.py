@@ -171,13 +171,8 @@ def stations_below(top: Vec, F_top: Vec, M_top: Vec, modes: int, m: Structure, s
       top: [m] position of the tower top, axes of the base, with the base at its height at rest.
       F_top, M_top: force and moment there, with those of the mass fixed to the tower top.
     """
-    base, shape, nodes, piece, out = (
-        m.structure.tower_base,
-        m.tower_shape,
-        s.tower_nodes,
-        s.tower_piece,
-        s.tower_station,
-    )
+    base, shape = m.structure.tower_base, m.tower_shape
+    nodes, piece, out = s.tower_nodes, s.tower_piece, s.tower_station
     for i in range(out.stations):
         cut = s.tower_stations[i]
         # deflected position of the cut
