@@ -77,7 +77,7 @@ class IecCase(Record):
     edition: Literal[2, 3, 4] | None = None
     """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
-    """[m/s; 1 to 80] wind speed at hub height; EWM uses that of its class."""
+    """[m/s; 1 to 80] speed at hub height; EWM uses that of its class."""
     sign: Literal[1, -1] | None = None
     """Sign of a direction change or shear."""
     begin: float | None = None
@@ -165,7 +165,7 @@ class LoadCase(Record):
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
     """[s; 0.001 to 2] interval of the records."""
     transient: float = Field(default=0.0, ge=0.0)
-    """[s; 1 to 3600] initial transient, which statistics and equivalent loads exclude."""
+    """[s; 1 to 3600] initial transient; statistics and equivalent loads exclude it."""
     view: bool = False
     """Record the motion for the three-dimensional view (`meltemi view`)."""
     blade_stations: tuple[float, ...] = ()
