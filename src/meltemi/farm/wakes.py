@@ -212,11 +212,7 @@ class FarmWakes:
         self.model: WakeSet = settings.constants()
         self.positions, self.diameters, self.hubs, self.step = positions, diameters, hubs, step
         n, largest = len(positions), max(diameters)
-        to, (c, d) = positions[None] - positions[:, None], (math.cos(mean.direction), math.sin(mean.direction))
-        along, across = to @ [c, -d], np.maximum(np.abs(to @ [d, c]) - ASIDE * largest, 0.0)
-        turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
-        distance = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
-        self.reach = np.minimum(distance.max(axis=1) + BEYOND * largest, FURTHEST * largest)
+        self.reach = _reaches(positions, wind, mean, largest)
         self.spacing = largest / (settings.radial_points or self.model.points)
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
         self.shape = Curled(self.model, self.r, largest) if self.model.curled else Axisymmetric(self.model, self.r)
@@ -250,17 +246,12 @@ class FarmWakes:
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
         ]
         self.boxes = np.full((n, 2, 2), np.inf)
-        disk, rings = replace(self.model, windowed=False), settings.rings
         self.fields, self._reach = list[PlaneField](), list[float]()
         for hub, diameter, members in zip(hubs, diameters, undisturbed, strict=True):
-            drifting = average_points(self.model, diameter, settings.rings)
-            span = average_points(disk, diameter, 5, 1.0)
-            span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
-            points = {"drift": drifting, "disk": average_points(disk, diameter, rings), "span": span}
-            arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
-            self.fields.append(self.shape.planes("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
-            self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
-        self._missed = {d: self.shape.quadrature_error(d, rings) for d in set(diameters)}
+            points = _average_points(self.model, diameter, settings.rings)
+            self.fields.append(self.shape.planes("lanes", wind_arrays(wind, hub, diameter) | members | points))
+            self._reach.append(float(np.hypot(*points["drift"][:2]).max()))
+        self._missed = {d: self.shape.quadrature_error(d, settings.rings) for d in set(diameters)}
         self._averages = (ALONG if self.model.curled else DISTURBED) if self.model.disturbed else AMBIENT
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
@@ -427,6 +418,28 @@ class FarmWakes:
         everywhere = np.ones(len(self.count), dtype=np.int64)
         horizontal(self.fields[0], self.fields[0].wakes.time, self.count, everywhere, x, y, self.hubs[0], speed)
         return x, y, speed
+
+
+def _reaches(positions: Float, wind: Wind, mean: SteadyWind, largest: float) -> Float:
+    """(turbines,) [m] length of each wake: to the last turbine that it may meet, but limited."""
+    to, (c, d) = positions[None] - positions[:, None], (math.cos(mean.direction), math.sin(mean.direction))
+    along, across = to @ [c, -d], np.maximum(np.abs(to @ [d, c]) - ASIDE * largest, 0.0)
+    turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
+    distance = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
+    return np.minimum(distance.max(axis=1) + BEYOND * largest, FURTHEST * largest)
+
+
+def _average_points(model: WakeSet, diameter: float, rings: int) -> dict[str, Float]:
+    """(3, n) points of the averages of :class:`PlaneField` for a rotor diameter [m]."""
+    disk = replace(model, windowed=False)
+    span = average_points(disk, diameter, 5, 1.0)
+    span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
+    points = {
+        "drift": average_points(model, diameter, rings),
+        "disk": average_points(disk, diameter, rings),
+        "span": span,
+    }
+    return {name: np.ascontiguousarray(each.T) for name, each in points.items()}
 
 
 def _in_wind(rotor: RotorState, wind: Float) -> RotorState:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Outcome = Literal["held", "by_reading", "differ", "unjudged", "unchecked"]
-"""What a verdict comes to: ``by_reading`` if it is not the same in all readings of the paper; ``unjudged`` if it
+"""Outcome of a verdict: ``by_reading`` if it is not the same in all readings of the paper; ``unjudged`` if it
 depends on a cell that failed; ``unchecked`` if the paper, or this simulation, lacks what a comparison needs."""
 UNJUDGED, UNCHECKED = "cannot be judged: ", "cannot be checked: "
 _BEGINS: dict[Outcome, str] = {"by_reading": "holds only for ", "unjudged": UNJUDGED, "unchecked": UNCHECKED}
