@@ -113,7 +113,9 @@ def linear(
         """Values (C, 3) and slopes (C, 3, P) of a record."""
         values = np.full((len(channels), len(HEADLINE)), np.nan)
         slopes = np.zeros((*values.shape, len(parameters)))
-        derived = sensitivity(with_model_and_wind(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]])
+        derived = sensitivity(
+            with_model_and_wind(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]]
+        )
         sides = [of.reduced(each, result_of(with_model_and_wind(of.run(each, 1)))) for of in beside]
         for c, name in enumerate(channels):
             if name not in each.measured.values:
