@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Measured against simulated
 #
-# The measurement is made here: a turbine whose blades stand one degree off, in turbulent
-# wind, with a sonic anemometer at the hub. Nobody tells the simulation of the offset.
+# The measurement comes from a turbine whose blades stand one degree off, in turbulent
+# wind, with a sonic anemometer at the hub. The simulation knows nothing of the offset.
 
 # %%
 from pathlib import Path
@@ -43,8 +43,8 @@ for k, speed in enumerate(speeds):
         columns.setdefault(name, []).append(part[name])
 
 # %% [markdown]
-# A channel map says which column is which. Times are seconds since 1970; each record has
-# ten minutes.
+# A channel map says which column is which. Times are seconds since 1970; each record
+# has ten minutes.
 
 # %%
 sonic = {"unit": "m/s", "kind": "sonic", "height": turbine.hub_height}
@@ -77,21 +77,22 @@ records = measurements_of({"logger": table}, channels)
 
 # %%
 settings = Validation(case="nrel5mw", channels=channels, seeds=3)
-case = meltemi.io.LoadCase(turbine="nrel5mw", wind={"kind": "steady", "speed": 8.0}, duration=60.0)
+steady = {"kind": "steady", "speed": 8.0}
+case = meltemi.io.LoadCase(turbine="nrel5mw", wind=steady, duration=60.0)
 simulator = Simulator.of(settings, case, Path())
 compared, _ = simulate_records(simulator, records, measured)
 comparison = Comparison(tuple(compared), tuple(measured))
 for each in comparison.agreements():
     if each.statistic in ("mean", "std", "DEL, m = 10"):
         print(
-            f"{each.channel:20s} {each.statistic:12s} bias {100.0 * each.bias:+6.1f} %, "
+            f"{each.channel:20s} {each.statistic:12s} {100.0 * each.bias:+5.1f} %, "
             f"resolvable {100.0 * each.resolvable:4.1f} %: {each.verdict}"
         )
 plot_agreement(comparison, [(name, "mean") for name in measured])
 
 # %% [markdown]
-# The deviation lies beyond what seeds and sensors leave open. Which parameter explains it?
-# The derivatives of the run tell, and a fit with priors finds the degree.
+# Which parameter explains a deviation? The derivatives of the run tell, and a fit with
+# priors finds the degree.
 
 # %%
 prepared = [simulator.prepared(record, measured) for record in records]
@@ -104,7 +105,7 @@ for name, value, variance, evidence in zip(
     strict=True,
 ):
     unit, factor = ("deg", 180.0 / np.pi) if name == "pitch_offset" else ("%", 100.0)
+    half = 1.96 * factor * variance**0.5
     print(
-        f"{name:14s} {factor * value:+.2f} +/- {1.96 * factor * variance**0.5:.2f} {unit}, "
-        f"ln evidence {evidence:+.1f}"
+        f"{name:14s} {factor * value:+.2f} +/- {half:.2f} {unit}, evidence {evidence:+.1f}"
     )

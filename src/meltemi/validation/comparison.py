@@ -29,7 +29,7 @@ class ComparedRecord:
     """A measured record and its simulations.
 
     Attributes:
-      name: file of the record.
+      name: file and begin of the record.
       wind_speed, turbulence, air_density, shear_exponent: [m/s, -, kg/m^3, -] of the simulations.
       measured: reduced record.
       simulated: of each seed.

@@ -280,7 +280,7 @@ def sections(
 ) -> Iterator[Section]:
     """Sections of a report: sensitivities over ``why`` records; a fit on half of the records, judged on the others."""
     compared = [each.name for each in comparison.records]
-    prepared = [simulator.prepared(each, comparison.channels) for each in records if each.file in compared]
+    prepared = [simulator.prepared(each, comparison.channels) for each in records if each.name in compared]
     if why:
         order = np.argsort([each.conditions.wind.speed for each in prepared])
         chosen = [prepared[i] for i in order[np.linspace(0, len(order) - 1, min(why, len(order))).round().astype(int)]]

@@ -23,8 +23,7 @@ from meltemi.report.tables import number
 from meltemi.reports.blocks import Table
 from meltemi.structure.members import blade_beam
 from meltemi.turbine.definition import Turbine
-from meltemi.validation.issues import moment
-from meltemi.validation.measurements import Float, MeasuredRecord
+from meltemi.validation.measurements import Float, MeasuredRecord, moment
 from meltemi.validation.selection import rated_rotor_speed
 
 GRAVITY = Environment().gravity  # [m/s^2]

@@ -146,7 +146,7 @@ class Simulator:
             controller=case_controller(self.case, model, self.folder),
             channels=tuple(dict.fromkeys((*prepared.signals, *ROTOR))),
             output_step=self.case.output_step * max(round(OUTPUT_STEP / self.case.output_step), 1),
-            name=f"{prepared.record.file}, seed {seed}",
+            name=f"{prepared.record.name}, seed {seed}",
         )
 
     def reduced(self, prepared: Prepared, result: Result) -> ReducedRecord:
@@ -208,7 +208,7 @@ def simulate_records(
     """Simulate records in all seeds; finished runs of the open ``run_store`` are read.
 
     Returns:
-      The compared records, and the reasons of failed ones by file.
+      The compared records, and the reasons of failed ones by name.
 
     Raises:
       KeyboardInterrupt: Ctrl-C.
@@ -220,8 +220,8 @@ def simulate_records(
         try:
             ready.append(simulator.prepared(record, compared))
         except InputError as error:
-            failed[record.file] = str(error)
-    of_run = {f"{each.record.file}, seed {seed}": each for each in ready for seed in seeds}
+            failed[record.name] = str(error)
+    of_run = {f"{each.record.name}, seed {seed}": each for each in ready for seed in seeds}
 
     def runs() -> Iterator[Run]:
         for each in ready:
@@ -239,10 +239,10 @@ def simulate_records(
         mine = values[i * len(seeds) : (i + 1) * len(seeds)]
         simulated = tuple(value for value in mine if not isinstance(value, FailedResult))
         if lost := [value.why for value in mine if isinstance(value, FailedResult)]:
-            failed[each.record.file] = lost[0]
+            failed[each.record.name] = lost[0]
         c = each.conditions
         if simulated:
             density = c.air_density or simulator.case.environment.density
             wind = c.wind.speed, c.wind.intensity, density, c.wind.shear_exponent
-            done.append(ComparedRecord(each.record.file, *wind, each.measured, simulated))
+            done.append(ComparedRecord(each.record.name, *wind, each.measured, simulated))
     return done, failed
