@@ -19,7 +19,7 @@ from meltemi.gradients.sensitivity import Direction, direction, tables
 from meltemi.simulation.model import Model
 from meltemi.validation import fit
 from meltemi.validation.comparison import ComparedRecord, Comparison
-from meltemi.validation.fit import Linear, checked, data_of, fitted, posterior, prior
+from meltemi.validation.fit import Linear, checked, data_of, fitted, posterior, prior, whitened
 from meltemi.validation.reduction import STATISTICS, ReducedRecord
 from meltemi.validation.report import HEADLINE
 from meltemi.validation.settings import Validation
@@ -45,39 +45,57 @@ def simulator(turbine: Turbine) -> Simulator:
     return Simulator(SETTINGS, CASE, Path(), turbine)
 
 
-def problem(seed: int = 0, n: int = 12) -> tuple[Float, Float, Float, Float]:
-    """Deviations, derivatives, variances and prior standard deviations of three parameters of different size."""
+def problem(seed: int = 0, n: int = 12) -> tuple[Float, Float, Float]:
+    """Deviations, derivatives and prior standard deviations of three parameters of different size."""
     draw = np.random.default_rng(seed)
     scale = np.array([1.0, 1e-3, 1e5])
-    return draw.standard_normal(n), draw.standard_normal((n, 3)) / scale, draw.uniform(0.5, 2.0, n), 0.7 * scale
+    return draw.standard_normal(n), draw.standard_normal((n, 3)) / scale, 0.7 * scale
 
 
 def test_posterior_is_that_of_linear_regression() -> None:
-    y, slopes, variance, width = problem()
-    estimate, covariance, evidence = posterior(y, slopes, variance, width, np.zeros(3))
-    precision = slopes.T @ (slopes / variance[:, None]) + np.diag(width**-2.0)
-    expected = np.linalg.inv(precision)
+    y, slopes, width = problem()
+    estimate, covariance, evidence = posterior(y, slopes, width, np.zeros(3))
+    expected = np.linalg.inv(slopes.T @ slopes + np.diag(width**-2.0))
     assert covariance == pytest.approx(expected, rel=1e-9)
-    assert estimate == pytest.approx(-expected @ slopes.T @ (y / variance), rel=1e-9)
-    of_data = np.diag(variance) + (slopes * width**2) @ slopes.T
+    assert estimate == pytest.approx(-expected @ slopes.T @ y, rel=1e-9)
+    of_data = np.eye(12) + (slopes * width**2) @ slopes.T
     assert evidence == pytest.approx(multivariate_normal(np.zeros(12), of_data).logpdf(y), rel=1e-12)
 
 
+def test_correlated_data_of_which_some_are_missing() -> None:
+    """Two records of four statistics: generalised least squares, and the evidence by the density of all data."""
+    draw = np.random.default_rng(8)
+    size = np.array([1.0, 1e3, 1e-3, 1e6])
+    root = draw.standard_normal((4, 4)) * size[:, None]
+    covariance, width = root @ root.T, np.array([0.5, 2.0])
+    y, slopes = draw.standard_normal((2, 4)) * size, draw.standard_normal((2, 4, 2)) * size[:, None]
+    y[1, 2] = np.nan
+    some = np.isfinite(y.ravel())
+    W = np.kron(np.eye(2), covariance)[np.ix_(some, some)]
+    d, J = y.ravel()[some], slopes.reshape(8, 2)[some]
+    estimate, spread, evidence = posterior(*whitened(y, slopes, covariance), width, np.zeros(2))
+    expected = np.linalg.inv(J.T @ np.linalg.solve(W, J) + np.diag(width**-2.0))
+    assert spread == pytest.approx(expected, rel=1e-6)
+    assert estimate == pytest.approx(-expected @ J.T @ np.linalg.solve(W, d), rel=1e-6)
+    unit = 1.0 / np.sqrt(np.diag(W))
+    density = multivariate_normal(np.zeros(7), unit[:, None] * (W + (J * width**2) @ J.T) * unit).logpdf(unit * d)
+    whole = density - 0.5 * np.linalg.slogdet(np.linalg.inv(unit[:, None] * W * unit))[1]
+    assert evidence == pytest.approx(whole, rel=1e-6)
+
+
 def test_posterior_does_not_depend_on_the_point_of_a_linear_model() -> None:
-    y, slopes, variance, width = problem()
+    y, slopes, width = problem()
     at = 2.0 * width
-    for there, zero in zip(
-        posterior(y + slopes @ at, slopes, variance, width, at),
-        posterior(y, slopes, variance, width, np.zeros(3)),
-        strict=True,
-    ):
-        assert there == pytest.approx(zero, rel=1e-9)
+    there, zero = posterior(y + slopes @ at, slopes, width, at), posterior(y, slopes, width, np.zeros(3))
+    for a, b in zip(there, zero, strict=True):
+        assert a == pytest.approx(b, rel=1e-9)
 
 
 def test_a_simulation_that_is_too_high_is_lowered() -> None:
-    _, slopes, variance, width = problem(n=200)
+    _, slopes, width = problem(n=200)
     theta = np.array([0.4, -2e-4, 5e4])
-    estimate, covariance, _ = posterior(slopes @ theta, slopes, 1e-8 * variance, width, np.zeros(3))
+    precise = 1e4 * slopes
+    estimate, covariance, _ = posterior(precise @ theta, precise, width, np.zeros(3))
     assert estimate == pytest.approx(-theta, rel=1e-3)
     assert np.all(np.abs(estimate + theta) < 5.0 * np.sqrt(np.diag(covariance)))
 
@@ -116,26 +134,45 @@ def test_the_fit_gives_what_must_be_changed_in_the_simulation(
 
     monkeypatch.setattr(fit, "linear", linear)
     seeds = values(np.zeros(2))[:, None] + 1e-5 * draw.standard_normal((7, 4, 2, 3))
-    monkeypatch.setattr(fit, "data_of", lambda *_: (seeds.mean(axis=1) - values(truth), np.full((7, 2, 3), 1e-10)))
+    monkeypatch.setattr(
+        fit, "data_of", lambda *_: ((seeds.mean(axis=1) - values(truth)).reshape(7, 6), 1e-10 * np.eye(6))
+    )
     found = fitted(simulator, [], comparison(values(truth), seeds), names)
     assert found.estimate == pytest.approx(truth, abs=1e-4) and 2 < found.steps <= 4
     assert found.prior == pytest.approx([np.radians(0.5), 0.5])  # that of the file is preferred
     assert np.all(found.evidence > 3.0)
 
 
-def test_data_are_deviations_with_the_variance_of_seeds_or_records() -> None:
-    draw = np.random.default_rng(5)
-    measured = draw.uniform(5.0, 9.0, (6, 2, 3))
-    simulated = measured[:, None] + 0.3 + 0.05 * draw.standard_normal((6, 4, 2, 3))
-    simulated[2] += 2.0  # scatters more than the seeds let expect
-    case = replace(comparison(measured, simulated), range_only=(FLAP,))
-    deviation, variance = data_of(case, list(case.channels))
-    assert np.all(np.isnan(deviation[:, 1, 0])) and not np.any(np.isnan(np.delete(deviation.reshape(6, 6), 3, axis=1)))
-    assert deviation[:, 0] == pytest.approx(simulated.mean(axis=1)[:, 0] - measured[:, 0])
-    assert variance[:, 0] == pytest.approx(np.tile(np.var(deviation[:, 0], axis=0, ddof=1), (6, 1)))
-    seeds = simulated + np.where(np.arange(4) % 2, 5.0, -5.0)[:, None, None]
-    wide = data_of(comparison(measured, seeds), list(case.channels))[1]
-    assert wide == pytest.approx(seeds.var(axis=1, ddof=1) * 1.25)
+def test_data_are_deviations_with_the_covariance_of_the_seeds() -> None:
+    draw, R, K = np.random.default_rng(5), 400, 4
+    measured = draw.uniform(5.0, 9.0, (R, 2, 3))
+    root = draw.standard_normal((6, 6))
+    seeds = draw.standard_normal((R, K + 1, 6)) @ root.T  # one of them is what happened
+    simulated = measured[:, None] + 0.3 + (seeds[:, 1:] - seeds[:, :1]).reshape(R, K, 2, 3)
+    case = comparison(measured, simulated)
+    deviation, covariance = data_of(case, list(case.channels))
+    assert deviation == pytest.approx(np.mean(simulated - measured[:, None], axis=1).reshape(R, 6))
+    expected = 1.25 * root @ root.T
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    assert np.all(np.abs(covariance - expected) < 0.15 * scale)
+    assert np.all(np.diag(covariance) >= 0.9 * np.diag(expected))
+
+    alone = data_of(replace(case, range_only=(FLAP,)), list(case.channels))[0]
+    assert np.all(np.isnan(alone[:, 3])) and np.all(np.isfinite(np.delete(alone, 3, axis=1)))
+    few, of_few = data_of(case.some([0, 1, 2]), list(case.channels))  # of nine degrees of freedom for six data
+    assert few.shape == (3, 6) and np.linalg.eigvalsh(of_few).min() > 0.0
+
+
+def test_what_scatters_more_than_seeds_is_independent() -> None:
+    draw = np.random.default_rng(9)
+    measured, truth = draw.uniform(5.0, 9.0, (8, 2, 3)), draw.standard_normal((8, 1, 2, 3))
+    one = comparison(measured, measured[:, None] + truth)
+    deviation, covariance = data_of(one, list(one.channels))
+    assert covariance == pytest.approx(np.diag(np.var(deviation, axis=0, ddof=1)))  # one seed tells no covariance
+    seeds = measured[:, None] + truth + 1e-3 * draw.standard_normal((8, 4, 2, 3))
+    deviation, covariance = data_of(comparison(measured, seeds), list(one.channels))
+    assert np.diag(covariance) == pytest.approx(np.var(deviation, axis=0, ddof=1), rel=1e-9)
+    assert np.all(np.abs(covariance - np.diag(np.diag(covariance))) < 1e-5)
 
 
 def test_a_channel_that_a_record_has_not_does_not_count() -> None:
@@ -144,8 +181,10 @@ def test_a_channel_that_a_record_has_not_does_not_count() -> None:
     first = case.records[0]
     without = {"generator_power": first.measured.values["generator_power"]}
     lost = replace(first, measured=replace(first.measured, values=without))
-    deviation, _ = data_of(replace(case, records=(lost, *case.records[1:])), list(case.channels))
-    assert np.all(np.isnan(deviation[0, 1])) and np.all(np.isfinite(deviation[1:]))
+    deviation, covariance = data_of(replace(case, records=(lost, *case.records[1:])), list(case.channels))
+    assert np.all(np.isnan(deviation[0, 3:])) and np.all(np.isfinite(deviation[1:]))
+    assert np.all(np.isfinite(covariance))
+    assert whitened(deviation, np.ones((3, 6, 1)), covariance)[0].shape == (15,)
 
 
 def test_names_of_parameters() -> None:

@@ -11,7 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
+from meltemi.cases.case import case_controller
+from meltemi.control.controller import update_with_derivatives
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.threads import available_cores
 from meltemi.gradients.sensitivity import Sensitivity, sensitivity
@@ -63,6 +66,20 @@ def checked(names: Sequence[str], settings: Validation) -> tuple[str, ...]:
         if name not in known:
             raise InputError(f"no parameter {name!r} to fit: {did_you_mean(name, known)}")
     return tuple(dict.fromkeys(names))
+
+
+def check_fit(simulator: Simulator, records: Sequence[MeasuredRecord], parameters: Sequence[str]) -> None:
+    """Refuse, before the simulations, a fit of parameters that is not possible.
+
+    Raises:
+      InputError: there are less than two records, or the controller has no derivatives.
+    """
+    if not parameters:
+        return
+    if len(records) < 2:
+        raise InputError("fit: at least two records are needed: one half is fitted, the other one judged")
+    if controller := case_controller(simulator.case, simulator.model(None), simulator.folder):
+        update_with_derivatives(controller)
 
 
 def prior(name: str, settings: Validation, comparison: Comparison) -> float:
@@ -174,7 +191,7 @@ class Posterior:
       estimate: (P,) most probable values.
       covariance: (P, P).
       evidence: (P,) change of the logarithm of the evidence by fitting each parameter beside the others.
-      misfit: of the fitted records per datum: sum of squares of the deviations over their variances.
+      misfit: of the fitted records: mean square of the whitened deviations.
       steps: of Gauss and Newton.
     """
 
@@ -187,45 +204,58 @@ class Posterior:
     steps: int
 
 
-def posterior(deviation: Float, slopes: Float, variance: Float, prior: Float, at: Float) -> tuple[Float, Float, float]:
+def posterior(deviation: Float, slopes: Float, prior: Float, at: Float) -> tuple[Float, Float, float]:
     """Most probable parameters of a linear model with normal priors about zero (V-23, V-24).
 
     Args:
-      deviation: (N,) simulated less measured values at ``at``.
+      deviation: (N,) simulated less measured values at ``at``, :func:`whitened`.
       slopes: (N, P) their derivatives.
-      variance: (N,) of the deviations of a right model.
       prior: (P,) standard deviations.
       at: (P,) parameters.
 
     Returns:
-      Parameters (P,), their covariance (P, P), and the logarithm of the evidence.
+      Parameters (P,), their covariance (P, P), and the logarithm of the evidence of the whitened data.
     """
     y = deviation - slopes @ at  # deviation of the linear model at zero
-    scaled = slopes * prior / np.sqrt(variance)[:, None]
+    scaled = slopes * prior
     H = np.eye(len(prior)) + scaled.T @ scaled
-    z = y / np.sqrt(variance)
-    x = -np.linalg.solve(H, scaled.T @ z)
-    evidence = -0.5 * float(z @ (z + scaled @ x) + np.linalg.slogdet(H)[1] + np.sum(np.log(2.0 * np.pi * variance)))
+    x = -np.linalg.solve(H, scaled.T @ y)
+    evidence = -0.5 * float(y @ (y + scaled @ x) + np.linalg.slogdet(H)[1] + len(y) * np.log(2.0 * np.pi))
     return prior * x, prior[:, None] * np.linalg.inv(H) * prior, evidence
 
 
 def data_of(comparison: Comparison, channels: Sequence[str]) -> tuple[Float, Float]:
-    """Deviations (R, C, 3) of the means of the seeds, and their variances: the larger of that of the seeds and of the
-    scatter over records (V-22)."""
-    deviation = np.full((len(comparison.records), len(channels), len(HEADLINE)), np.nan)
-    variance = np.full(deviation.shape, np.nan)
-    for c, name in enumerate(channels):
-        for s, statistic in enumerate(HEADLINE):
-            if name in comparison.range_only and statistic == "mean":
-                continue
-            x, y = comparison.values(name, statistic)
-            there = np.isfinite(x) & np.isfinite(y).any(axis=1)
-            x, y = x[there], y[there]
-            n, mean = np.isfinite(y).sum(axis=1), np.nanmean(y, axis=1)
-            seeds = np.nansum((y - mean[:, None]) ** 2, axis=1) / np.maximum(n - 1, 1) * (1.0 + 1.0 / n)
-            scatter = float(np.var(mean - x, ddof=1)) if len(x) > 1 else 0.0
-            deviation[there, c, s], variance[there, c, s] = mean - x, np.maximum(seeds, scatter)
-    return deviation, variance
+    """Deviations (R, D) of the means of the seeds, and their covariance (D, D).
+
+    D are the statistics of the first page of all channels. The covariance is that of the seeds, and what the deviations
+    scatter more over records (V-22).
+    """
+    pairs = [(name, statistic) for name in channels for statistic in HEADLINE]
+    x, y = (np.stack(each, axis=1) for each in zip(*(comparison.values(*pair) for pair in pairs), strict=True))
+    x[:, [name in comparison.range_only and statistic == "mean" for name, statistic in pairs]] = np.nan
+    count = np.isfinite(y).sum(axis=2)
+    mean = np.where(count, np.nansum(y, axis=2) / np.maximum(count, 1), np.nan)
+    rest, freedom = np.nan_to_num(y - mean[:, :, None]), np.maximum(count - 1, 0).sum(axis=0)
+    seeds = np.einsum("rik,rjk->ij", rest, rest) / np.maximum(np.sqrt(np.outer(freedom, freedom)), 1.0)
+    seeds *= 1.0 + 1.0 / np.maximum(count.max(), 1)  # one seed more is what happened
+    shrinkage = len(pairs) / (len(pairs) + freedom.max())
+    deviation = mean - x
+    there = np.isfinite(deviation)
+    n = np.maximum(there.sum(axis=0), 1)
+    centred = np.nan_to_num(deviation - np.nansum(deviation, axis=0) / n)
+    excess = np.maximum(np.sum(centred**2, axis=0) / np.maximum(n - 1, 1) - np.diag(seeds), 0.0)
+    return deviation, (1.0 - shrinkage) * seeds + np.diag(shrinkage * np.diag(seeds) + excess)
+
+
+def whitened(deviation: Float, slopes: Float, covariance: Float) -> tuple[Float, Float]:
+    """Deviations (N,) and derivatives (N, P) of all records as independent ones of variance 1; of what is measured."""
+    rows = []
+    for y, J in zip(deviation, slopes, strict=True):
+        some = np.isfinite(y) & (np.diag(covariance) > 0.0)
+        factor = np.linalg.cholesky(covariance[np.ix_(some, some)])
+        rows.append(solve_triangular(factor, np.column_stack([y, J])[some], lower=True))
+    both = np.concatenate(rows)
+    return both[:, 0], both[:, 1:]
 
 
 def fitted(
@@ -243,28 +273,26 @@ def fitted(
     """
     channels, at = list(comparison.channels), np.zeros(len(parameters))
     width = np.array([prior(name, simulator.settings, comparison) for name in parameters])
-    deviation, variance = data_of(comparison, channels)
+    deviation, covariance_of_data = data_of(comparison, channels)
     first: Float | None = None
     steps = 0
     while True:
         steps += 1
         now = linear(simulator.at(parameters, at), prepared, channels, parameters, workers, progress)
         first = now.values if first is None else first
-        y, J = deviation + now.values - first, now.slopes
-        some = np.isfinite(y) & (variance > 0.0)
-        if not np.any(J[some]):
+        moved = deviation + (now.values - first).reshape(deviation.shape)
+        y, J = whitened(moved, now.slopes.reshape(*deviation.shape, -1), covariance_of_data)
+        if not np.any(J):
             raise InputError("fit: no compared statistic depends on the parameters")
-        data = y[some], J[some], variance[some]
         before = at
-        at, covariance, evidence = posterior(*data, width, before)
+        at, covariance, evidence = posterior(y, J, width, before)
         if steps == MOST_STEPS or np.all(np.abs(at - before) <= CONVERGED * np.sqrt(np.diag(covariance))):
             break
     others = [[k for k in range(len(parameters)) if k != p] for p in range(len(parameters))]
-    held = [posterior(data[0] - data[1][:, p] * before[p], data[1][:, o], data[2], width[o], before[o])[2]
-            for p, o in enumerate(others)]  # fmt: skip
-    left = data[0] + data[1] @ (at - before)
+    held = [posterior(y - J[:, p] * before[p], J[:, o], width[o], before[o])[2] for p, o in enumerate(others)]
+    left = y + J @ (at - before)
     return Posterior(
-        tuple(parameters), width, at, covariance, evidence - np.array(held), float(np.mean(left**2 / data[2])), steps
+        tuple(parameters), width, at, covariance, evidence - np.array(held), float(np.mean(left**2)), steps
     )
 
 
@@ -289,14 +317,13 @@ def sections(
         except MeltemiError as error:
             yield Section("Why", [f"No sensitivities: {error}"])
     if parameters:
-        half = [k for k in range(len(prepared)) if k % 2 == 0]
-        rest = [k for k in range(len(prepared)) if k % 2 == 1]
-        if not rest:
-            raise InputError("fit: at least two records are needed: one half is fitted, the other one judged")
-        found = fitted(simulator, [prepared[k] for k in half], comparison.some(half), parameters, progress, workers)
-        yield Section(
-            "Fit", [*fit_tables(simulator, found, [prepared[k] for k in rest], comparison.some(rest), workers)]
-        )
+        half, rest = ([*range(first, len(prepared), 2)] for first in (0, 1))
+        try:
+            found = fitted(simulator, [prepared[k] for k in half], comparison.some(half), parameters, progress, workers)
+            judged = [prepared[k] for k in rest]
+            yield Section("Fit", [*fit_tables(simulator, found, judged, comparison.some(rest), workers)])
+        except MeltemiError as error:
+            yield Section("Fit", [f"No fit: {error}"])
 
 
 def why_table(

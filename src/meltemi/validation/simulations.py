@@ -146,7 +146,8 @@ class Simulator:
             controller=case_controller(self.case, model, self.folder),
             channels=tuple(dict.fromkeys((*prepared.signals, *ROTOR))),
             output_step=self.case.output_step * max(round(OUTPUT_STEP / self.case.output_step), 1),
-            name=f"{prepared.record.name}, seed {seed}",
+            # with the parameters: those of gauges change what is kept of a run, but not the run
+            name=", ".join([prepared.record.name, f"seed {seed}", *(f"{k} {x!r}" for k, x in self.parameters.items())]),
         )
 
     def reduced(self, prepared: Prepared, result: Result) -> ReducedRecord:
@@ -221,12 +222,14 @@ def simulate_records(
             ready.append(simulator.prepared(record, compared))
         except InputError as error:
             failed[record.name] = str(error)
-    of_run = {f"{each.record.name}, seed {seed}": each for each in ready for seed in seeds}
+    of_run: dict[str, Prepared] = {}
 
     def runs() -> Iterator[Run]:
         for each in ready:
             for seed in seeds:
-                yield simulator.run(each, seed)
+                run = simulator.run(each, seed)
+                of_run[run.name] = each
+                yield run
 
     values = cells(
         runs(),

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from meltemi.app.options import WorkersOption
 from meltemi.app.scans import finish
 from meltemi.app.signatures import Range
-from meltemi.app.terminal import OutOption, made_by, print_table, progress_bar, simulation_bar, warn, wrote
+from meltemi.app.terminal import OutOption, made_by, print_table, progress_bar, simulation_bar, suggest, warn, wrote
 from meltemi.core.errors import InputError
 from meltemi.core.extras import need
+
+if TYPE_CHECKING:
+    from meltemi.validation.issues import DataIssue
+    from meltemi.validation.selection import SelectedRecord
 
 
 def validate(
@@ -27,6 +32,7 @@ def validate(
 ) -> None:
     """Compare measured ten-minute records with simulations in the wind that was measured: report, tables."""
     from meltemi.cases.case import read_case
+    from meltemi.core.fingerprint import fingerprint
     from meltemi.reports.blocks import Section
     from meltemi.tuning.run_store import run_store
     from meltemi.validation import fit as fitting
@@ -57,8 +63,8 @@ def validate(
         selected = select(measured, simulator.turbine, wind=channels.wind, issues=issues, rules=settings.selection)
     used = [each.record for each in selected if not each.rejected and each.operation == "production"]
     if not used:
-        reasons = dict.fromkeys(each.rejected or f"{each.operation}, not production" for each in selected)
-        raise InputError(f"{data}: no record can be compared: {'; '.join(list(reasons)[:5]) or 'no records'}")
+        raise InputError(f"{data}: no record can be compared: {_reasons(selected, issues)}")
+    fitting.check_fit(simulator, used, parameters)
     raw, range_only = gauges_of(settings, calibrations)
     names = tuple(name for name in names if name not in raw)
     warn(
@@ -66,7 +72,7 @@ def validate(
     )
     warn(dict.fromkeys(str(issue) for issue in issues))
     runs, length = len(used) * settings.seeds, sum(record.length for record in used) * settings.seeds
-    with run_store(out, repr(("validate", simulator.case, settings)), "meltemi.validation"):
+    with run_store(out, f"{fingerprint('validate', simulator.case, settings, used)}", "meltemi.validation"):
         read = time.perf_counter()
         with simulation_bar(f"{len(used)} records, {settings.seeds} seeds", runs, "runs") as progress:
             records, failed = simulate_records(simulator, used, names, workers=workers, progress=progress)
@@ -89,9 +95,16 @@ def validate(
         f"Measured and simulated: {simulator.turbine.name}", comparison, selected, issues, failed, facts,
         further, made["repeat"], made["footer"],
     )  # fmt: skip
-    files = write_findings(findings, out)
     shown = agreement_table(headline(comparison.agreements(), names))
     print_table(f"{simulator.turbine.name}: {len(records)} records, {settings.seeds} seeds", shown.head, shown.texts, 3)
     print(f"{runs} runs in {spent:.1f} s ({length / max(spent, 1e-9):.0f} times real time)")
-    wrote(*files)
+    wrote(*write_findings(findings, out))
+    suggest("validate", file, "--data", data, *([] if parameters else ["--fit", "air_density,pitch_offset"]))
     finish(f"not simulated: {name}: {why}" for name, why in failed.items())
+
+
+def _reasons(selected: Sequence[SelectedRecord], issues: Sequence[DataIssue]) -> str:
+    """Why no record is used, with what to do about issues."""
+    reasons = dict.fromkeys(each.rejected or f"{each.operation}, not production" for each in selected)
+    texts = {f"{issue.kind} in {issue.channel or issue.file}": str(issue) for issue in reversed(issues)}
+    return "; ".join([texts.get(reason, reason) for reason in [*reasons][:5]]) or "no records"

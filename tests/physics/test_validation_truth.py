@@ -1,0 +1,44 @@
+"""A fit on measurements of a turbine whose parameters are known: intervals of 95 % contain them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from meltemi.validation.comparison import Comparison
+from meltemi.validation.fit import GAUGE_GAIN, GAUGE_ZERO, PRIORS, fitted
+from meltemi.validation.settings import Validation
+from meltemi.validation.simulations import Simulator, simulate_records
+from simulated_measurement import FIELD, MACHINE, channel_map, load_case, measured
+
+FLAP = "root_moment_flap_1"
+MEAN_FLAP = 6e6
+"""[N m] about its mean magnitude, for the prior of its zero."""
+WIDTHS = {name: PRIORS[name] for name in ("pitch_offset", "drag", "air_density")}
+WIDTHS |= {f"gauge_gain.{FLAP}": GAUGE_GAIN, f"gauge_zero.{FLAP}": GAUGE_ZERO * MEAN_FLAP}
+SPEEDS = np.linspace(7.0, 16.0, 6)
+"""[m/s] of the records of a turbine."""
+LENGTH, SETS = 150.0, 4
+
+
+def normalised_errors(number: int) -> np.ndarray:
+    """Estimate less truth over the standard deviation, of a turbine whose parameters are drawn from the priors."""
+    settings = Validation(case="", channels=channel_map(), seeds=3, transient=30.0, turbulence=FIELD)
+    simulator = Simulator.of(settings, load_case(), Path())
+    truth = {
+        name: s * x for (name, s), x in zip(WIDTHS.items(), np.random.default_rng(number).normal(size=5), strict=True)
+    }
+    records = [measured(simulator, v, 1000 * number + k, LENGTH, truth) for k, v in enumerate(SPEEDS, 1)]
+    compared, failed = simulate_records(simulator, records, list(MACHINE))
+    assert not failed
+    prepared = [simulator.prepared(record, list(MACHINE)) for record in records]
+    found = fitted(simulator, prepared, Comparison(tuple(compared), tuple(MACHINE)), list(WIDTHS))
+    return (found.estimate - [*truth.values()]) / np.sqrt(np.diag(found.covariance))
+
+
+@pytest.mark.long
+def test_intervals_contain_the_truth() -> None:
+    errors = np.array([normalised_errors(number) for number in range(1, SETS + 1)])
+    assert np.sum(np.abs(errors) < 1.96) >= 19, errors
