@@ -40,7 +40,8 @@ class Study:
         if (experiment, record, channel, statistic) not in self.of:
             return ""
         mean, spread = self.deviation(experiment, record, channel, statistic)
-        text = f"{mean:+.1f}"
+        hidden = (round(abs(mean), 1) > target) != (abs(mean) > target)  # by one digit
+        text = f"{mean:+.{1 + hidden}f}"
         return (f"**{text}**" if abs(mean) > target else text) + f" ± {spread:.1f}"
 
     def covered(self, experiment: str, channel: str, statistic: str) -> tuple[int, float]:
