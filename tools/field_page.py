@@ -40,8 +40,7 @@ class Study:
         if (experiment, record, channel, statistic) not in self.of:
             return ""
         mean, spread = self.deviation(experiment, record, channel, statistic)
-        hidden = (round(abs(mean), 1) > target) != (abs(mean) > target)  # by one digit
-        text = f"{mean:+.{1 + hidden}f}"
+        text = f"{mean:+.{1 + ((round(abs(mean), 1) > target) != (abs(mean) > target))}f}"  # digits that show it
         return (f"**{text}**" if abs(mean) > target else text) + f" ± {spread:.1f}"
 
     def covered(self, experiment: str, channel: str, statistic: str) -> tuple[int, float]:
@@ -57,158 +56,138 @@ TARGETS = {(POWER, "mean"): 5.0, (SPEED, "mean"): 1.0, (FLAP, "std"): 10.0, (FLA
 WORDS = {POWER: "power", TORQUE: "generator torque", SPEED: "rotor speed", FLAP: "flap moment"}
 
 
-def target(record: str, key: tuple[str, str]) -> float:
-    """[%] of a record; infinite without one."""
-    return math.inf if record.startswith("stable") and key[1] == "mean" else TARGETS.get(key, math.inf)
+def target(record: str, experiment: str, key: Sequence[str]) -> float:
+    """[%] of a record in the comparison; infinite without one."""
+    judged = experiment == "deck" and not (record.startswith("stable") and key[1] == "mean")
+    return TARGETS.get((key[0], key[1]), math.inf) if judged else math.inf
+
+
+def named(key: Sequence[str]) -> str:
+    """Channel and statistic."""
+    return f"{WORDS[key[0]]}, {key[1]}"
+
+
+def compared(s: Study, columns: dict[str, tuple[str, str, str]], experiment: str = "deck") -> list[str]:
+    """Table of the records of an experiment: columns are experiment, channel, statistic by their heads."""
+    rows = []
+    for r in s.names(experiment):
+        wind = f"{s.of['deck', r, 'wind', 'mean'][0]:.2f}", f"{100.0 * s.of['deck', r, 'wind', 'turbulence'][0]:.1f}"
+        rows.append([r, *wind, *(s.text(e, r, *key, target(r, e, key)) for e, *key in columns.values())])
+    return markdown_table(["record", "wind m/s", "turbulence %", *columns], rows)
+
+
+def judged(s: Study) -> list[str]:
+    """Table of targets met and missed."""
+    rows = []
+    for key, limit in TARGETS.items():
+        some = [r for r in s.names(channel=key[0]) if target(r, "deck", key) < math.inf]
+        missed = [r for r in some if abs(s.deviation("deck", r, *key)[0]) > limit]
+        rows.append([named(key), f"{limit:g} %", f"{len(some) - len(missed)} of {len(some)}", ", ".join(missed)])
+    return markdown_table(["quantity", "target", "met", "missed"], rows)
+
+
+def agreements(s: Study) -> list[str]:
+    """Table of the agreement over all records."""
+    rows = []
+    for channel in WORDS:
+        for statistic in SHOWN[channel == FLAP :]:
+            x = np.array([s.of["deck", r, channel, statistic] for r in s.names(channel=channel)])
+            a = agreement(channel, statistic, x[:, 0], x[:, 1:])
+            per_cent = [f"{100.0 * value:.1f}" for value in (a.half, a.resolvable, a.covered)]
+            rows.append([named((channel, statistic)), str(a.records), f"{100.0 * a.bias:+.1f}", *per_cent, a.verdict])
+    head = "quantity|records|bias %|interval ± %|resolvable ± %|records within seeds %|verdict"
+    return markdown_table(head.split("|"), rows)
+
+
+def drives(s: Study) -> list[str]:
+    """Table of drive, speed and torque."""
+    rows = []
+    for r in s.names():
+        (ratio,), (gain,) = (
+            s.of["drive", r, POWER, "over torque and speed"],
+            s.of["drive", r, TORQUE, "over speed squared"],
+        )
+        power, speed = (1.0 + 0.01 * s.deviation("deck", r, c, "mean")[0] for c in (POWER, SPEED))
+        shown = (s.text(e, r, c, "mean") for e, c in (("deck", SPEED), ("torque", SPEED), ("deck", TORQUE)))
+        implied = 100.0 * (power / speed * ratio / s.efficiency - 1.0)
+        rows.append([r, f"{ratio:.4f}", f"{1e4 * gain:.3f}", *shown, f"{implied:+.1f}"])
+    head = "record|power over torque and speed|torque over speed² 1e-4 N m/rpm²|speed|speed, torque law x 1.066|torque"
+    return markdown_table([*head.split("|"), "torque, by the definition of the channel"], rows)
+
+
+def excesses(s: Study) -> list[str]:
+    """Table of the deviation of the power in kW and as wind."""
+    rows = []
+    for r in s.names():
+        measured, *seeds = 1e-3 * s.of["deck", r, POWER, "mean"]
+        excess, wind = np.mean(seeds) - measured, 100.0 * ((measured / np.mean(seeds)) ** (1.0 / 3.0) - 1.0)
+        rows.append([r, f"{measured:.1f}", f"{excess:+.2f}", s.text("deck", r, POWER, "mean"), f"{wind:+.1f}"])
+    head = "record|measured power kW|deviation kW|deviation %|change of the wind that gives the measured power %"
+    return markdown_table(head.split("|"), rows)
+
+
+def correlations(s: Study) -> list[str]:
+    """Table of mast and power."""
+    rows = []
+    for r in s.names():
+        (measured, *seeds), (lag, *lags) = (s.of["blocks", r, POWER, x] for x in ("correlation", "lag"))
+        simulated = f"{np.mean(seeds):.2f} ± {np.std(seeds, ddof=1):.2f}", f"{min(lags):.0f} to {max(lags):.0f}"
+        rows.append(
+            [r, f"{67.5 / s.of['deck', r, 'wind', 'mean'][0]:.0f}", f"{measured:.2f}", f"{lag:.0f}", *simulated]
+        )
+    head = "record|travel s|measured correlation|measured lag s|simulated correlation|simulated lag s"
+    return markdown_table(head.split("|"), rows)
+
+
+def masts(s: Study) -> list[str]:
+    """Table of the experiments on the wind between mast and rotor."""
+    keys, rows = [(POWER, "mean"), (POWER, "std"), (SPEED, "std")], []
+    for name in ("deck", "mast at tower", "mast 10 m aside", "mast 20 m aside", "yaw 8 deg"):
+        bias = [np.mean([s.deviation(name, r, *key)[0] for r in s.names()]) for key in keys]
+        both = [s.covered(name, *key) for key in keys]
+        cells = [f"{x:+.1f}; {spread:.1f}; {inside}" for x, (inside, spread) in zip(bias, both, strict=True)]
+        rows.append([name, *cells, s.text(name, "unstable_04", POWER, "mean")])
+    return markdown_table(["experiment", *map(named, keys), "unstable_04: power, mean"], rows)
+
+
+def grids(s: Study) -> list[str]:
+    """Table of the changes of equivalent loads by points and step of the wind's fields."""
+    rows = []
+    for name in ("17 points", "dt 0.05 s"):
+        for r in s.names(name):
+            pairs = [[s.of[e, r, c, SHOWN[2]][1:].mean() for e in (name, "deck")] for c in WORDS]
+            spread = [s.deviation("deck", r, c, SHOWN[2])[1] for c in WORDS]
+            rows.append(
+                [name, r, *(f"{100.0 * (x / y - 1.0):+.1f} ({z:.1f})" for (x, y), z in zip(pairs, spread, strict=True))]
+            )
+    return markdown_table(["field", "record", *WORDS.values()], rows)
 
 
 def tables(rows: Sequence[dict[str, str]]) -> dict[str, list[str]]:
     """Tables of the page by name."""
     s = Study(rows)
-    records, of = s.names(), s.of
-    made = {}
-    head = [
-        "record",
-        "wind m/s",
-        "turbulence %",
-        *(f"{WORDS[c]}, {x}" for c, x in TARGETS),
-        "flap moment, mean (not judged)",
-    ]
-    made["records"] = markdown_table(head, [
-        [r, f"{of['deck', r, 'wind', 'mean'][0]:.2f}", f"{100.0 * of['deck', r, 'wind', 'turbulence'][0]:.1f}",
-         *(s.text("deck", r, *key, target(r, key)) for key in TARGETS), s.text("deck", r, FLAP, "mean")]
-        for r in records
-    ])  # fmt: skip
     rest = [(POWER, "std"), (POWER, SHOWN[2]), (SPEED, "std"), (SPEED, SHOWN[2]), (TORQUE, "mean"), (TORQUE, "std")]
-    made["rest"] = markdown_table(
-        ["record", *(f"{WORDS[c]}, {x}" for c, x in rest)],
-        [[r, *(s.text("deck", r, *key) for key in rest)] for r in records],
-    )
-    lines = []
-    for key, limit in TARGETS.items():
-        judged = [r for r in records if ("deck", r, *key) in of and target(r, key) < math.inf]
-        missed = [r for r in judged if abs(s.deviation("deck", r, *key)[0]) > limit]
-        lines.append(
-            [
-                f"{WORDS[key[0]]}, {key[1]}",
-                f"{limit:g} %",
-                f"{len(judged) - len(missed)} of {len(judged)}",
-                ", ".join(missed),
-            ]
-        )
-    made["targets"] = markdown_table(["quantity", "target", "met", "missed"], lines)
-    lines = []
-    for channel in WORDS:
-        for statistic in SHOWN[channel == FLAP :]:
-            x = np.array([of["deck", r, channel, statistic] for r in s.names(channel=channel)])
-            a = agreement(channel, statistic, x[:, 0], x[:, 1:])
-            numbers = (
-                f"{100 * a.bias:+.1f}",
-                f"{100 * a.half:.1f}",
-                f"{100 * a.resolvable:.1f}",
-                f"{100 * a.covered:.0f}",
-            )
-            lines.append([WORDS[channel], statistic, str(a.records), *numbers, a.verdict])
-    head = [
-        "quantity",
-        "statistic",
-        "records",
-        "bias %",
-        "interval ± %",
-        "resolvable ± %",
-        "records within seeds %",
-        "verdict",
-    ]
-    made["agreement"] = markdown_table(head, lines)
-    lines = []
-    for r in records:
-        ratio = of["drive", r, POWER, "over torque and speed"][0]
-        power, speed = (1.0 + 0.01 * s.deviation("deck", r, c, "mean")[0] for c in (POWER, SPEED))
-        shown = (s.text(e, r, c, "mean") for e, c in (("deck", SPEED), ("torque", SPEED), ("deck", TORQUE)))
-        lines.append([r, f"{ratio:.4f}", f"{1e4 * of['drive', r, TORQUE, 'over speed squared'][0]:.3f}", *shown,
-                      f"{100.0 * (power / speed * ratio / s.efficiency - 1.0):+.1f}"])  # fmt: skip
-    head = [
-        "record",
-        "power over torque and speed",
-        "torque over speed² 1e-4 N m/rpm²",
-        "speed",
-        "speed, torque x 1.066",
-    ]
-    made["drive"] = markdown_table([*head, "torque", "torque, by the definition of the channel"], lines)
-    lines = []
-    for r in records:
-        own, simulated = (f(of["deck", r, POWER, "mean"][k]) for f, k in ((float, 0), (np.mean, slice(1, None))))
-        change = 100.0 * ((own / simulated) ** (1.0 / 3.0) - 1.0)
-        lines.append(
-            [
-                r,
-                f"{1e-3 * own:.1f}",
-                f"{1e-3 * (simulated - own):+.2f}",
-                s.text("deck", r, POWER, "mean"),
-                f"{change:+.1f}",
-            ]
-        )
-    head = [
-        "record",
-        "measured power kW",
-        "deviation kW",
-        "deviation %",
-        "change of the wind that gives the measured power %",
-    ]
-    made["excess"] = markdown_table(head, lines)
-    loads = [(FLAP, x) for x in SHOWN[1:]]
-    made["shear"] = markdown_table(
-        ["record", *(f"{x}, exponent {e}" for _, x in loads for e in ("0.50", "0.14"))],
-        [[r, *(s.text(e, r, *key) for key in loads for e in ("deck", "shear 0.14"))] for r in s.names("shear 0.14")],
-    )
-    lines = []
-    for r in records:
-        (own, *seeds), (lag, *lags) = (of["blocks", r, POWER, x] for x in ("correlation", "lag"))
-        travel = 67.5 / of["deck", r, "wind", "mean"][0]
-        simulated = f"{np.mean(seeds):.2f} ± {np.std(seeds, ddof=1):.2f}"
-        lines.append([r, f"{travel:.0f}", f"{own:.2f}", f"{lag:.0f}", simulated,
-                      f"{min(lags):.0f} to {max(lags):.0f}"])  # fmt: skip
-    head = ["record", "travel s", "measured correlation", "measured lag s", "simulated correlation", "simulated lag s"]
-    made["blocks"] = markdown_table(head, lines)
-    keys = [(POWER, "mean"), (POWER, "std"), (SPEED, "std")]
-    lines = []
-    for name in ("deck", "mast at tower", "mast 10 m aside", "mast 20 m aside", "yaw 8 deg"):
-        bias = [np.mean([s.deviation(name, r, c, x)[0] for r in records]) for c, x in keys]
-        cells = [
-            f"{b:+.1f}; {s.covered(name, *key)[1]:.1f}; {s.covered(name, *key)[0]}"
-            for b, key in zip(bias, keys, strict=True)
-        ]
-        lines.append([name, *cells, s.text(name, "unstable_04", POWER, "mean")])
-    head = [
-        "experiment",
-        *(f"{WORDS[c]}, {x}: deviation %; spread %; records inside" for c, x in keys),
-        "unstable_04, power",
-    ]
-    made["mast"] = markdown_table(head, lines)
-    keys = [(SPEED, "mean"), (SPEED, "std"), (POWER, "std"), (TORQUE, "std")]
-    made["slip"] = markdown_table(
-        ["record", *(f"{WORDS[c]}, {x}: {e}" for c, x in keys for e in ("deck", "slope"))],
-        [[r, *(s.text(e, r, *key) for key in keys for e in ("deck", "slip"))] for r in s.names("slip")],
-    )
-    lines = []
-    for name in ("17 points", "dt 0.05 s"):
-        for r in s.names(name):
-            change = [
-                100.0 * (of[name, r, c, SHOWN[2]][1:].mean() / of["deck", r, c, SHOWN[2]][1:].mean() - 1.0)
-                for c in WORDS
-            ]
-            lines.append(
-                [
-                    name,
-                    r,
-                    *(
-                        f"{x:+.1f} ({s.deviation('deck', r, c, SHOWN[2])[1]:.1f})"
-                        for x, c in zip(change, WORDS, strict=True)
-                    ),
-                ]
-            )
-    made["grid"] = markdown_table(["field", "record", *WORDS.values()], lines)
-    return made
+    near = [(SPEED, "mean"), (SPEED, "std"), (POWER, "std"), (TORQUE, "std")]
+    shears = {
+        f"{x}, exponent {e}": (n, FLAP, x) for x in SHOWN[1:] for e, n in (("0.50", "deck"), ("0.14", "shear 0.14"))
+    }
+    laws = {"deck": "deck", "slope": "slip"}
+    records = {named(key): ("deck", *key) for key in TARGETS} | {
+        "flap moment, mean (not judged)": ("deck", FLAP, "mean")
+    }
+    return {
+        "records": compared(s, records),
+        "targets": judged(s),
+        "rest": compared(s, {named(key): ("deck", *key) for key in rest}),
+        "agreement": agreements(s),
+        "drive": drives(s),
+        "excess": excesses(s),
+        "shear": compared(s, shears, "shear 0.14"),
+        "blocks": correlations(s),
+        "mast": masts(s),
+        "slip": compared(s, {f"{named(key)}: {e}": (n, *key) for key in near for e, n in laws.items()}, "slip"),
+        "grid": grids(s),
+    }  # fmt: skip
 
 
 def put(text: str, rows: Sequence[dict[str, str]]) -> str:
