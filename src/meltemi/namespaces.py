@@ -24,17 +24,17 @@ def declared(namespace: str) -> dict[str, tuple[str, str]]:
     """Module and name there of each public name of a namespace, from its stub file; a module has no name there."""
     place = os.path.join(os.path.dirname(__file__), *namespace.split(".")[1:])  # noqa: PTH118, PTH120 - pathlib is slow to import
     stub = f"{place}/__init__.pyi" if os.path.isdir(place) else f"{place}.pyi"  # noqa: PTH112
-    found: dict[str, tuple[str, str]] = {}
+    entries: dict[str, tuple[str, str]] = {}
     with open(stub, encoding="utf-8") as lines:  # noqa: PTH123
         for line in lines:
             match line.split():
                 case ["from", "meltemi", "import", inner, "as", name]:
-                    found[name] = (f"meltemi.{inner}", "")
+                    entries[name] = (f"meltemi.{inner}", "")
                 case ["from", module, "import", there, "as", name]:
-                    found[name] = (module, there)
+                    entries[name] = (module, there)
                 case [name, _] if name.endswith(":"):
-                    found[name[:-1]] = (namespace, name[:-1])
-    return found
+                    entries[name[:-1]] = (namespace, name[:-1])
+    return entries
 
 
 def public(namespace: str, *, explain: bool = True) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
@@ -63,18 +63,18 @@ def public(namespace: str, *, explain: bool = True) -> tuple[Callable[[str], Any
 
 
 def _explained(module: Any, name: str) -> Any:
-    """What a module has under a name; a function explains invalid arguments."""
+    """Attribute of a module; a function explains invalid arguments."""
     from meltemi.core.calls import explained
 
     value = getattr(module, name)
     if isinstance(value, FunctionType) and not hasattr(value, "explained"):
         value = explained(value)
-        setattr(module, name, value)  # under its own name, too: what is pickled is found there
+        setattr(module, name, value)  # in its module, too, where pickle looks it up
     return value
 
 
 def _hint(name: str, namespace: str) -> str:
-    """Where a name is that a namespace does not have, or the closest names."""
+    """Namespace of a name that another namespace does not have, or the closest names."""
     from meltemi.core.errors import did_you_mean
 
     places = [place for each in ("", *NAMESPACES) if name in declared(place := f"meltemi.{each}".strip("."))]

@@ -19,7 +19,6 @@ UPWARD = {
     ("simulation", "analyses"),  # states in which a run begins that no plain one needs
     ("simulation", "electrical"),  # parts
     ("simulation", "floating"),
-    ("simulation", "postprocess"),  # a result as a table
     ("simulation", "scene"),  # what the view of a run records
     ("simulation", "sea"),
     ("simulation", "supervisor"),  # words for its states

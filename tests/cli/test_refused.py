@@ -46,7 +46,7 @@ REFUSED = [
     ("bench-controller A2 --power 0.5 --reference cpc", "the controller 'cpc' does not follow a power reference"),
     ("climate nrel5mw --climate north_see", "unknown climate 'north_see': did you mean 'north_sea'"),
     ("climate nrel5mw --climate none.csv", "none.csv: cannot be read"),
-    ("climate nrel5mw --climate north_sea --altitude 300", "the climate north_sea has its own"),
+    ("climate nrel5mw --climate north_sea --altitude 300", "the climate north_sea defines both"),
     ("climate nrel5mw --climate north_sea --seeds 0", "--seeds 0: expected 1 to 1000"),
     ("climate nrel5mw --climate north_sea --workers 0", "--workers 0: expected 1 to 1000"),
     ("climate nrel5mw --climate north_sea --duration 1", "--duration 1: expected 20 to 100000"),

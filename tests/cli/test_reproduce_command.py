@@ -28,7 +28,7 @@ from meltemi.simulation.result import Result
 from meltemi.turbine.definition import Turbine
 
 
-def test_the_duel_without_rosco_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_the_comparison_with_rosco_requires_rosco(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     def missing(name: str) -> None:
         raise PackageNotFoundError(name)
 
@@ -42,7 +42,7 @@ def test_the_duel_without_rosco_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_
 def test_a_study_is_applied_to_another_turbine(
     command: Command, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, study: str
 ) -> None:
-    """A page of its own, without claims and without the paper's texts; the runs are not those of this test."""
+    """A separate page, without claims and without the paper's texts; the runs are not those of this test."""
     page = import_module(f"meltemi.papers.{study}.page")
     whole = page.STUDY.applied
 
@@ -66,14 +66,14 @@ def test_a_study_is_applied_to_another_turbine(
 
 @pytest.mark.long
 @pytest.mark.rosco
-def test_the_duel_with_rosco_writes_its_section(tmp_path: Path) -> None:
+def test_the_comparison_with_rosco_writes_its_section(tmp_path: Path) -> None:
     arguments = ["reproduce", "he2018", "--rosco", "--quick", "--out", str(tmp_path)]
     found = CliRunner().invoke(app, arguments, catch_exceptions=False)
     assert found.exit_code == 0
-    text = (tmp_path / "duel.md").read_text(encoding="utf-8")
+    text = (tmp_path / "rosco.md").read_text(encoding="utf-8")
     assert text.startswith("## Beside ROSCO") and "Made with rosco 2." in text
     for i in (1, 2):
-        with (tmp_path / f"duel_{i}.csv").open(encoding="utf-8") as file:
+        with (tmp_path / f"rosco_{i}.csv").open(encoding="utf-8") as file:
             load = {row["scheme"]: row["RootMyc1 DEL"] for row in csv.DictReader(file)}
         assert load["cpc"] == load["ROSCO"] == ""
         assert all(load[scheme].startswith("-") for scheme in ("ipc", "ipc2", "cpfc", "ROSCO 1P", "ROSCO 1P, led"))

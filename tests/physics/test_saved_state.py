@@ -123,7 +123,7 @@ def test_damaged_files_and_runs_that_cannot_be_saved(model: Model, tmp_path: Pat
         with pytest.raises(InputError, match="no state of a run that you saved"):
             restore_state(simulation, path)
     closing = Simulation(replace(run, controller=Controller(meltemi.control.ConstantController().update, close=int)))
-    with pytest.raises(InputError, match="process of its own"):
+    with pytest.raises(InputError, match="separate process"):
         save_state(closing, path)
     simulation.case.clock.status = int(meltemi.Status.DIVERGED)
     with pytest.raises(InputError, match="has failed"):

@@ -42,7 +42,7 @@ def test_a_turbine_on_land_has_no_water() -> None:
 def test_a_platform_is_drawn_with_its_lines() -> None:
     pytest.importorskip("windIO")
     platform = meltemi.load_turbine("iea15mw-volturnus").platform
-    drawn = platform.drawn()
+    drawn = platform.view_shape()
     assert drawn["floats"] and len(drawn["members"]) == 10
     for line, points in zip(platform.lines, drawn["lines"], strict=True):
         at = np.array(points)

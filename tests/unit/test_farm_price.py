@@ -133,7 +133,7 @@ def test_folders_without_a_farm_are_refused(both: tuple[FarmResult, FarmResult],
     with pytest.raises(InputError, match="expected the output folder of meltemi farm"):
         read_farm(tmp_path)
     write_netcdf(both[0][0], tmp_path / "turbine_1.nc")
-    with pytest.raises(InputError, match=r"turbine_1.nc does not say where it stands.*farm\.yaml"):
+    with pytest.raises(InputError, match=r"turbine_1.nc has no position in a farm.*farm\.yaml"):
         read_farm(tmp_path)
     (tmp_path / "turbine_1.nc").rename(tmp_path / "turbine_2.nc")
     with pytest.raises(InputError, match=r"turbine_1\.nc"):

@@ -229,7 +229,7 @@ def test_a_cell_that_fails_is_named_where_it_is_needed(tmp_path: Path) -> None:
         assert lost[0].verdict == "cannot be judged: start at 25 m/s: no steady operation"
         assert count_held([*fine, *lost]) == "1 of 2 claims of the paper hold (1 cannot be judged)."
         table = guarded_table("Table 2", lambda: claims_table([Claim("", "", start.pitch, judgement(True), "")]))
-        assert table.rows == [["cannot be made: start at 25 m/s: no steady operation"]]
+        assert table.rows == [["not available: start at 25 m/s: no steady operation"]]
         figure = guarded_figure("fig", "Figure 1", lambda: start.figure, tmp_path)
         assert isinstance(figure, str) and "cannot be drawn: start at 25 m/s" in figure
         ((failed,),) = (chapter.content for chapter in failed_chapters().values())

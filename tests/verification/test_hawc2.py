@@ -40,7 +40,7 @@ def test_elements_of_constant_sections_have_the_mean_of_each_element() -> None:
 
 
 def test_it_is_a_comparison_of_its_own(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="--hawc2 is a comparison of its own"):
+    with pytest.raises(InputError, match="--hawc2 excludes the other options"):
         verification(models=tmp_path, quick=True)
 
 

@@ -53,7 +53,7 @@ STILL = 1e-3
 MADSEN = 2
 """Value of ``AeroOptions.high_induction``."""
 K1, K2, K3 = 0.2460, 0.0586, 0.0883
-"""a = K1 C + K2 C^2 + K3 C^3 at the thrust coefficient C (Madsen et al. 2020)."""
+"""Coefficients of a = K1 C + K2 C^2 + K3 C^3 at the thrust coefficient C (Madsen et al. 2020)."""
 TURNED = 0.7710083186826041
 """1 / sqrt(C) where a = 1, so that no air passes."""
 TURNED_SLOPE = 1.0 + (K1 + (3.0 * K2 + 5.0 * K3 / TURNED**2) / TURNED**2) / TURNED**2
@@ -152,7 +152,7 @@ def end_angle(number: float, s: float) -> float:
 
 @kernel
 def skewed_axial(s: float, kappa: float, skew: float) -> float:
-    """s / (1 - a) of Glauert's momentum in skewed flow, (y - s) sqrt(s^2 + skew^2 y^2) = kappa, by Newton (A-10a)."""
+    """Ratio s / (1 - a) of Glauert's skewed momentum, (y - s) sqrt(s^2 + skew^2 y^2) = kappa, by Newton (A-10a)."""
     k = max(kappa, 0.0)
     ahead = max(s, 0.0) + min(sqrt(k / skew), k / max(s, TINY))
     # reversed flow whose thrust does not turn it: from the other side, where r falls towards y = 0
@@ -166,14 +166,14 @@ def skewed_axial(s: float, kappa: float, skew: float) -> float:
 
 @kernel
 def cylinder_axial(s: float, kappa: float, added: float, along: float) -> float:
-    """s / (1 - a) of a skewed vortex cylinder, (y - s) (added y + along s) = kappa (A-10b)."""
+    """Ratio s / (1 - a) of a skewed vortex cylinder, (y - s) (added y + along s) = kappa (A-10b)."""
     k, p = max(kappa, 0.0), (along - added) * s
     return (sqrt(max(p * p + 4.0 * added * (along * s * s + k), 0.0)) - p) / (2.0 * added)
 
 
 @kernel
 def madsen_axial(s: float, kappa: float) -> float:
-    """s / (1 - a) of Madsen's polynomial, 1 - s/y = K1 C + K2 C^2 + K3 C^3 with C = 4 kappa / y^2, by Newton (A-57)."""
+    """Ratio s / (1 - a) of Madsen's polynomial, 1 - s/y = K1 C + K2 C^2 + K3 C^3, C = 4 kappa / y^2 (A-57)."""
     scale = 2.0 * sqrt(max(kappa, TINY * TINY))
     t = max(s, 0.0) / scale
     y = 0.5 * (t + sqrt(t * t + 4.0 * TURNED * TURNED))

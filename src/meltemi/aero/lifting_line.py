@@ -41,7 +41,7 @@ class LineAir(Air):
     """The aerodynamics of a rotor with lifting lines.
 
     Attributes:
-      line_ends: for each end of the elements of a blade, its place from one node, over the distance to the next.
+      line_ends: position of each end of the elements of a blade from one node, over the distance to the next.
       node_constants ... node_inflow: arrays of the blades, node by node.
     """
 

@@ -105,7 +105,7 @@ def campbell(
     Args:
       wind_speeds: [m/s] speeds of steady wind; rotor speed and pitch follow from steady operation.
       rotor_speeds: [rad/s] rotor speeds in place of wind speeds, in vacuum and at fine pitch; 0 is standstill.
-      air: with aerodynamics, or the structure in vacuum.
+      air: whether to include aerodynamics; otherwise the modes are those of the structure in vacuum.
       generator_free: whether the generator may rotate about its mean speed or has a prescribed speed; free by default
         with aerodynamics.
       azimuths: see ``linearise``.
@@ -127,7 +127,7 @@ def campbell(
     if getattr(model.turbine, "platform", None) is None:
         weightless = model.with_parameters(**{"structure.gravity": 0.0})
         vacuum = replace(weightless, environment=model.environment.replace(gravity=0.0))
-    # the generator is locked only after steady operation has been found with it free
+    # the generator is locked only after the search for steady operation, in which it is free
     locked = model.locked.copy()
     if not free:
         locked[model.coordinates.index("generator")] = 1.0
@@ -265,7 +265,7 @@ def follow(
     the previous point (M-30). There are as many names as coordinates; the remaining modes are not structural.
 
     Args:
-      found: modes at each operating point.
+      point_modes: modes at each operating point.
       order: sequence in which the points are evaluated.
     """
     from scipy.optimize import linear_sum_assignment

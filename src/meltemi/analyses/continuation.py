@@ -180,7 +180,7 @@ def balance_carefully(
     wind_speed: float,
     rain: str,
 ) -> tuple[float, float, bool]:
-    """As ``balance_speed``, but from feather on, since at fine pitch there may be no steady motion."""
+    """Balance as ``balance_speed``, but from feather on: at fine pitch there may be no steady motion."""
     failed: list[NotConverged] = []
 
     def torque(speed: float, angle: float) -> float:

@@ -168,7 +168,7 @@ class LinearModel(Brief):
 
     @property
     def eigenvalues(self) -> NDArray[np.complex128]:
-        """(n,) [rad/s] of A."""
+        """(n,) [rad/s] eigenvalues of A."""
         return np.diag(self._schur[0])
 
     @cached_property

@@ -89,7 +89,7 @@ def performance_of(turbine: AnyTurbine) -> RotorPerformance:
     """Coefficients of a turbine's rotor, computed once, for tip-speed ratios from 1 to 16 and pitch up to 30 degrees.
 
     Those of an aeroelastic turbine are for the rigid rotor as built, with tilt, cone and tower; those of a
-    power-coefficient turbine are its own, at the table's entries if it has a table, and NaN where it has no data.
+    power-coefficient turbine are those of its description, at the entries of a table, and NaN where it has no data.
     """
     if isinstance(turbine, PowerTurbine):
         return _of_coefficient(turbine)

@@ -426,7 +426,7 @@ def power_curve(
         except KeyboardInterrupt:
             interrupted = True
     if not points:
-        raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was found")
+        raise InputError("\n".join(failures.values()) or "interrupted before the first operating point was computed")
     points.sort(key=lambda point: point.wind.speed)
     head, rows = power_curve_rows(points, failures)
     print_table(f"{described.name}: steady operation", head, rows, 0)

@@ -3,8 +3,8 @@
 These register them as entry points of the group ``meltemi.commands``.
 
 An entry point is a function whose docstring is the help and whose arguments are the options
-(:mod:`meltemi.app.signatures`), or a ``Typer`` with commands of its own. The module it stands in is imported by
-``meltemi --help``, so it leaves what is heavy to the function; another command does not import it.
+(:mod:`meltemi.app.signatures`), or a ``Typer`` with subcommands. ``meltemi --help`` imports its module, so heavy
+imports belong into the function; another command does not import it.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ def _one_of(*names: str) -> Callable[[str], list[tuple[str, str]]]:
 
 
 CONTROLLER = "a name (baseline, supervised, ipc, cpfc, A2, rosco ...), a Python file, module:function, or a library"
-"""What an option of a controller takes (docs/guide/controller-names.md)."""
+"""Values of an option for a controller (docs/guide/controller-names.md)."""
 CONTROLLERS = completing(lambda: NAMES)
 """Completion of a controller."""
 ControllerOption = Annotated[str | None, f"Controller: {CONTROLLER}.", CONTROLLERS]

@@ -48,7 +48,7 @@ def progress_bar(what: str, amount: float = 0.0, unit: str = "") -> Iterator[Cal
     Args:
       what: text beside the bar.
       amount: amount of the whole work, in ``unit``, for the rate; 0 shows no rate.
-      unit: what is counted, such as runs; ``s`` is simulated time.
+      unit: counted items, such as runs; ``s`` is simulated time.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
@@ -209,7 +209,7 @@ def print_table(
     """Print a table as :func:`meltemi.report.tables.rich_table` makes it, or keep it for ``--json``.
 
     Args:
-      title, head, rows: of the table.
+      title, head, rows: title, header and rows of the table.
       text_columns: the first columns, which are text.
       all_rows: header and rows for ``--json``, where the terminal shows a selection.
     """

@@ -1,3 +1,3 @@
-"""Bladed-style controller libraries as controllers of a run, each in a process of its own."""
+"""Bladed-style controller libraries as controllers of a run, each in a separate process."""
 
 KERNELS = ()

@@ -207,7 +207,7 @@ class _Run:
     def _demand(self, records: memoryview[float], demands: Demands) -> None:
         if records[PITCH_OVERRIDE] != 0.0 or records[TORQUE_OVERRIDE] != 0.0:
             raise RunError(
-                f"the library {self.library.path} asks for the simulation's own pitch or torque control "
+                f"the library {self.library.path} requests the simulation's pitch or torque control "
                 "(records 55, 56), which is not there"
             )
         demands.generator_torque = records[TORQUE] if round(records[CONTACTOR]) else 0.0

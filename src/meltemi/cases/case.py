@@ -77,7 +77,7 @@ class IecCase(Record):
     edition: Literal[2, 3, 4] | None = None
     """Edition of the standard; 3 by default."""
     speed: float | None = Field(default=None, gt=0.0, le=100.0)
-    """[m/s; 1 to 80] at hub height; EWM uses that of its class."""
+    """[m/s; 1 to 80] speed at hub height; EWM uses that of its class."""
     sign: Literal[1, -1] | None = None
     """Sign of a direction change or shear."""
     begin: float | None = None
@@ -106,7 +106,7 @@ class FileCase(Record):
     file: str
     """Path, relative to the case file."""
     grid: Hawc2Grid | None = None
-    """Of a HAWC2 turbulence box without its ``.hawc2.yaml``."""
+    """Grid of a HAWC2 turbulence box without its ``.hawc2.yaml``."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)
     """[rad] angle, clockwise from above, by which the wind of the file is rotated about the tower."""
 
@@ -120,12 +120,12 @@ class StartCase(Record):
     pitch: float | None = Field(default=None, gt=-1.6, lt=3.2)
     """[rad]; by default the pitch actuator's largest, feathered."""
     azimuth: float = Field(default=0.0, ge=-7.0, le=7.0)
-    """[rad] of blade 1, 0 when it points up."""
+    """[rad] azimuth of blade 1, 0 when it points up."""
     undeflected: bool = False
     """Blades and tower straight and at rest, and the generator's torque that of the baseline law, as OpenFAST begins;
     for a rotor that turns, under any controller."""
     coordinates: dict[str, float] = Field(default_factory=dict)
-    """[m, rad] of coordinates that are not zero, with ``undeflected: true``: ``platform_pitch: 0.1`` for a decay."""
+    """[m, rad] coordinates that are not zero, with ``undeflected: true``; ``platform_pitch: 0.1`` for a decay."""
 
     @model_validator(mode="after")
     def _speed_is_given(self) -> StartCase:
@@ -159,25 +159,25 @@ class LoadCase(Record):
     idles until the operator requests a start (``idling``), both with the supervised controller; or a parked rotor, with
     the supervised, bladed or fixed one; or that of OpenFAST (``undeflected``), with any controller."""
     duration: float = Field(gt=0.0, le=1e6)
-    """[s; 1 to 1e5]."""
+    """[s; 1 to 1e5] duration."""
     channels: tuple[str, ...] = tuple(DEFAULT)
     """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
     """[s; 0.001 to 2] interval of the records."""
     transient: float = Field(default=0.0, ge=0.0)
-    """[s; 1 to 3600] initial transient, recorded, but excluded from statistics and equivalent loads."""
+    """[s; 1 to 3600] initial transient; statistics and equivalent loads exclude it."""
     view: bool = False
     """Record the motion for the three-dimensional view (`meltemi view`)."""
     blade_stations: tuple[float, ...] = ()
-    """[m] from the blade root: stations of section loads."""
+    """[m] stations of blade loads from the root."""
     tower_stations: tuple[float, ...] = ()
-    """[m] above the tower base: stations of section loads."""
+    """[m] stations of tower loads above the base."""
     events: tuple[Annotated[Event, AfterValidator(_within)], ...] = ()
-    """Faults, grid losses and operator requests, each with its time."""
+    """Faults, grid losses and operator requests."""
     options: ModelOptions = ModelOptions()
     environment: Environment = Environment()
     grid: PowerGrid = PowerGrid()
-    """Voltage, frequency, reactive power, and power reference, which needs a controller that follows it."""
+    """Voltage, frequency, reactive power, and power reference for controllers that follow it."""
     sea: Sea | None = None
     """Waves and current around the turbine's support; by default still water."""
     icing: Icing | None = None

@@ -29,6 +29,6 @@ def ConstantController(sample_time: float | None = None) -> Controller:
     """Controller that keeps the demands of the start, for runs that are stepped from outside.
 
     Args:
-      sample_time: [s] that ``Simulation.step`` advances; None is one time step.
+      sample_time: [s] time by which ``Simulation.step`` advances; None is one time step.
     """
     return Controller(update=update(), sample_time=sample_time, name="constant", uses_loads=False)

@@ -1,6 +1,6 @@
 """Interface of controllers: compiled ones and callbacks in plain Python.
 
-A controller owns a state vector made by ``init`` and an ``update`` that is called every
+A controller has a state vector from ``init`` and an ``update`` that is called every
 ``sample_time`` seconds. ``update`` may be a plain Python function or one compiled by Numba
 (``@numba.njit``); either reads and writes by name: ``measurements.generator_speed``, ``demands.pitch[b]``.
 Compiled ones enter the time loop through one function type, so the loop is never compiled again for
@@ -91,8 +91,8 @@ class Controller:
       name: name for messages.
       yaws: whether it demands a yaw rate; then the model needs a yaw drive.
       uses_loads: whether it reads loads, accelerations or wind; a run is a little faster when it does not.
-      state_names: of the entries of the state vector, for derivatives by them. In one of the name ``switches`` update
-        may sum what ``meltemi.compiler.crossed`` gives for the distance from each of its switches.
+      state_names: names of the entries of the state vector, for derivatives by them. In one of the name ``switches``
+        update may sum what ``meltemi.compiler.crossed`` gives for the distance from each of its switches.
       warnings: called with the state at the end of a run; its lines go into the result's ``warnings``.
       log: called with the state at the end of a run; returns the log entries in order for the result's ``log``.
       fresh: returns the controller of one run, for controllers with resources beside the state vector, such as a

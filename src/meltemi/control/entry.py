@@ -22,8 +22,8 @@ class Entry:
     """Controller bound to the vectors of one case, for the time loop.
 
     Attributes:
-      function: what the loop calls.
-      exception: what a plain Python controller raised, if it did.
+      function: function that the loop calls.
+      exception: exception that a plain Python controller raised, if any.
     """
 
     def __init__(

@@ -11,8 +11,8 @@ prewarped), so each is exact at w: the band-pass has gain 1 and no phase there, 
 1 / sqrt(2) and -45 degrees. The states are those of the two integrators. Their sum of squares never grows without
 input, for any w and zeta in each call: a centre that follows the rotor speed cannot make a filter unstable.
 
-The states of a filter are a table, ``LowPass`` or ``SecondOrder``, which a controller takes into that of its own state
-by ``part``. To start at a constant signal without a jump, call ``low_pass_start`` or ``second_order_start`` once.
+The states of a filter are a table, ``LowPass`` or ``SecondOrder``, which a controller includes in the table of its
+state by ``part``. To start at a constant signal without a jump, call ``low_pass_start`` or ``second_order_start`` once.
 
 Reference: docs/theory/control.md (C-14 to C-17); Zavalishin (2012), sections 3.10 and 4.1; Wishnick (2014).
 """

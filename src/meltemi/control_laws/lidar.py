@@ -29,7 +29,7 @@ class LidarSensor(Table, title="lidar"):
     line_of_sight: Numbers = series("m/s", "state: the last line-of-sight speeds", "channels")
     share: Numbers = series("-", "line-of-sight speed over that of a uniform wind along the shaft", "beams")
     shadow: Numbers = series("rad", "azimuth at which a blade blocks a beam", "beams")
-    half_width: Numbers = series("rad", "of this, half the range of azimuth; 0 without blockage", "beams")
+    half_width: Numbers = series("rad", "half the range of azimuth in which a blade blocks a beam; 0: none", "beams")
     scan: Numbers = series("-", "state: number of the last scan of a beam, from 1", "beams")
     seen: Numbers = series("-", "state: 1 if the last measurement of a beam was free, 0 if a blade was in it", "beams")
 

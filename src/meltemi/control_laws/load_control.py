@@ -75,11 +75,11 @@ class HarmonicLoop(Record):
     harmonic: int = Field(ge=1, le=20)
     """Multiple n of the rotor speed."""
     integral_gain: float
-    """[rad/(N m s)]; positive for pitch, negative for flaps."""
+    """[rad/(N m s)] gain of the integral; positive for pitch, negative for flaps."""
     proportional_gain: float = 0.0
-    """[rad/(N m)], with the sign of the integral gain."""
+    """[rad/(N m)] proportional gain, with the sign of the integral gain."""
     derivative_gain: float = 0.0
-    """[rad s/(N m)]."""
+    """[rad s/(N m)] gain of the derivative."""
     derivative_frequency: float = Field(default=0.0, ge=0.0)
     """[rad/s] corner of the derivative's low-pass."""
     actuator: Literal["pitch", "flap"] = "pitch"
@@ -184,7 +184,7 @@ class LoadControlState(Table, title="load control"):
     loop_count: float = number("-", "number of feedback loops")
     groups: float = number("-", "number of groups of actuators: pitch, and each flap")
     feedforward: float = number("-", "gain of the feed-forward weights; 0: none")
-    notch_frequency: float = number("rad/s", "of the notch filter of the generator speed; 0: none")
+    notch_frequency: float = number("rad/s", "centre frequency of the notch filter of the generator speed; 0: none")
     notch_damping: float = number("-", "damping ratio of the notch filter")
     previews: float = number("-", "1: with a preview of the wind")
     time: float = number("s", "time over which demands have been limited")

@@ -67,7 +67,7 @@ def transition(machine: Int, state: int, holds: Numbers) -> int:
 
     Args:
       state: number of the present state.
-      holds: by condition, 1 where it holds and 0 where it does not.
+      holds: values of the conditions, 1 for true and 0 for false.
     """
     for row in range(machine.shape[0]):
         if machine[row, FROM] != state:

@@ -39,7 +39,7 @@ class PreviewState(Table, title="preview"):
     speed: LowPass = part(LowPass, "of the wind ahead")
     pitch: float = number("rad", "state: steady pitch of the last call")
     wind: Numbers = series("m/s", "averaged over the rotor, from time zero on", "samples")
-    steady_pitch: Numbers = series("rad", "of steady operation", "entries")
+    steady_pitch: Numbers = series("rad", "pitch of steady operation", "entries")
 
 
 @kernel

@@ -54,7 +54,7 @@ class YawControl(Record):
     dead_band: float = Field(default=math.radians(8.0), gt=0.0, lt=math.pi)
     """[rad] averaged error beyond which the drive starts."""
     start_time: float = Field(default=10.0, ge=0.0)
-    """[s] time for which it must stay beyond."""
+    """[s] time for which the error must exceed the dead band."""
     stop_band: float = Field(default=math.radians(0.5), ge=0.0, lt=math.pi)
     """[rad] averaged error within which the drive stops; smaller than the dead band."""
     rate: float | None = Field(default=None, gt=0.0, lt=0.2)
@@ -62,7 +62,7 @@ class YawControl(Record):
     minimum_wind: float = Field(default=2.5, ge=0.0)
     """[m/s] averaged wind speed below which the drive does not turn."""
     twist_limit: float | None = Field(default=None, gt=0.0)
-    """[rad] from yaw 0 to either side beyond which the drive does not turn, for the cables' sake; none by default.
+    """[rad] limit of the yaw angle to either side, for the cables; the drive does not turn beyond it; none by default.
     Nothing untwists the cables."""
 
 

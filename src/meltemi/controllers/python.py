@@ -73,7 +73,7 @@ def _digest(path: str) -> str:
 @lru_cache(maxsize=16)
 def _of_file(path: str, digest: str) -> ModuleType:
     """The module of a file, which is executed once for each content (hash)."""
-    name = f"meltemi_own_{Path(path).stem}_{digest[:8]}"
+    name = f"meltemi_user_{Path(path).stem}_{digest[:8]}"
     spec = spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: expected a Python file (.py)")

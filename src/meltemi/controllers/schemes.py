@@ -46,7 +46,7 @@ from meltemi.turbine.flaps import with_flaps
 from meltemi.turbine.power_turbine import AnyTurbine, aeroelastic
 
 EXAMPLES = {"nrel5mw": "Test_Cases/NREL-5MW/DISCON.IN"}
-"""Input files of ROSCO's own examples, by turbine."""
+"""Input files of ROSCO's examples by turbine."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def fitted(turbine: AnyTurbine, case: ControllerCase) -> AnyTurbine:
     """The turbine for a controller: with the flaps of He et al. (2018) if it requires flaps and there are none.
 
     Raises:
-      InputError: they are required, and the turbine is a power-coefficient turbine.
+      InputError: flaps are required, and the turbine is a power-coefficient turbine.
     """
     if not uses_flaps(case) or turbine.flaps:
         return turbine
@@ -157,7 +157,7 @@ def tuned_schemes(
 
 
 def settled(case: ControllerCase, model: Model[Any], progress: Callable[[float], None] | None = None) -> ControllerCase:
-    """The controller with the gains of its scheme, if it has one that is not tuned yet."""
+    """The controller with the tuned gains of its scheme, if it has a scheme without gains."""
     if not isinstance(case, BaselineCase | SupervisedCase) or case.scheme is None or case.load is not None:
         return case
     settings, _ = tuned_schemes(with_blades(model, f"scheme {case.scheme}"), [case.scheme], progress=progress)
@@ -201,7 +201,7 @@ def make_controller(
 
 
 def located(case: ControllerCase, turbine: AnyTurbine) -> Any:
-    """The controller with its input file: ROSCO without one has that of the turbine, or its example's for it.
+    """The controller with its input file; by default ROSCO uses the turbine's file, or ROSCO's example of the turbine.
 
     Raises:
       InputError: no input file is available.

@@ -29,9 +29,9 @@ from meltemi.supervisor.settings import Supervision
 from meltemi.supervisor.threshold import YawProtection
 
 ROSCO = "rosco"
-"""In the place of a library's path."""
+"""Path of a library that stands for the library of the installed rosco package."""
 LARGEST_LIBRARY = 10**9
-"""[bytes]."""
+"""[bytes] largest size of a controller library."""
 QUOTED = re.compile(r"""["']([^"'\n]+)["']""")
 
 
@@ -74,11 +74,11 @@ class LibraryCase(Record):
     procedure: str = "DISCON"
     """Name of the function in the library."""
     sample_time: float | None = Field(default=None, gt=0.0)
-    """[s] between calls; by default every time step."""
+    """[s] sample time; by default the time step of the simulation."""
     individual_pitch: bool = True
     """Use the pitch demand of each blade instead of the collective one."""
     timeout: float = Field(default=10.0, gt=0.0)
-    """[s] of wall time that a call may take, the first one three times as long."""
+    """[s] longest wall time of a call; three times as long for the first one."""
 
 
 class SupervisedCase(Record):
@@ -96,7 +96,7 @@ class SupervisedCase(Record):
     protection: YawProtection | None = None
     """Yaw error protection."""
     sample_time: float | None = Field(default=None, gt=0.0)
-    """[s] between calls; by default every time step."""
+    """[s] sample time; by default the time step of the simulation."""
 
 
 class PowerCase(PowerControl):
@@ -110,17 +110,17 @@ class PowerCase(PowerControl):
     load: LoadControl | None = None
     """Load control by individual pitch and flaps."""
     sample_time: float | None = Field(default=None, gt=0.0)
-    """[s] between calls; by default every time step."""
+    """[s] sample time; by default the time step of the simulation."""
 
 
 class PythonCase(Record):
-    """A controller in Python, made by a function of the turbine."""
+    """A controller in Python, which a function of the turbine creates."""
 
     kind: Literal["python"]
     file: str
     """Path of a Python file (.py), relative to the case file, or the name of an installed module."""
     function: str = "controller"
-    """Its function of the turbine that returns a ``meltemi.Controller``."""
+    """Name of the function that returns a ``meltemi.Controller`` for a turbine."""
 
 
 class FixedCase(Record):
@@ -130,7 +130,7 @@ class FixedCase(Record):
 
 
 def _named(value: Any) -> Any:
-    """Keys of a controller that is given by its name."""
+    """Keys of a controller given by name; other values are returned unchanged."""
     if not isinstance(value, str):
         return value
     try:
@@ -219,7 +219,7 @@ def check_files(case: ControllerCase, folder: Path = Path()) -> None:
     """Check that the files of a controller exist and are of the expected kind.
 
     Raises:
-      InputError: a file is missing (with the closest name), or a library is none.
+      InputError: a file is missing (with the closest name), or is not a library.
     """
     for key, path in _files(case, folder):
         if not path.is_file():
@@ -234,7 +234,7 @@ def check_files(case: ControllerCase, folder: Path = Path()) -> None:
 
 
 def hashed(case: ControllerCase, once: Callable[[str, Callable[[], str]], str] | None = None) -> dict[str, Any]:
-    """Content of a controller with hashes of its files in the place of their paths, for keys of results.
+    """Content of a controller with hashes of its files instead of their paths, for keys of results.
 
     Args:
       case: controller with absolute paths.

@@ -16,7 +16,7 @@ from meltemi.simulation.simulate import Simulation, march
 from meltemi.wind.fields import SteadyWind
 
 CALLS = 3
-"""Of a controller in its trial."""
+"""Number of calls of a controller in its trial."""
 
 
 def try_controllers(controllers: Mapping[str, Controller], model: Model[Any]) -> None:

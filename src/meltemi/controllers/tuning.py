@@ -10,7 +10,7 @@ is
 Loops at several harmonics act on the same blades: each filters its part of a tone, so their L are added.
 
 The rule: phi is the phase by which F and the turbine lag at nP, so L is an integrator for slow changes. A band-pass of
-damping zeta delays the loop by 1 / (zeta n W); it is made as slow as actuator and turbine are together, and the
+damping zeta delays the loop by 1 / (zeta n W); by default it is as slow as actuator and turbine together, and the
 proportional part takes a share of this delay back, k_P = share k_I / (zeta n W). Share and gain are those of the
 largest integral gain for which, at every operating point and all frequencies of the controller, phase margin and gain
 margin are kept, those of weakly damped modes included. Of several loops the gains are lowered by one
@@ -52,15 +52,15 @@ POINTS = 4
 ABOVE_RATED = 1.1
 """Lowest wind speed over rated wind speed."""
 SURE = 0.99
-"""Share of the largest gain that is used, for what lies between the frequencies."""
+"""Used share of the largest gain, as margins between the frequencies may be smaller."""
 SHARES = np.linspace(0.0, 1.0, 9)
-"""Of the delay of the band-pass that the proportional part takes back."""
+"""Shares of the delay of the band-pass that the proportional part compensates, among which a tuning chooses."""
 HALF_DELAY = 1.5
-"""Delay over the sample time: loads are those of the step before, and a demand is held for a step."""
+"""Delay over the sample time: loads are those of the last step, and demands are constant over a step."""
 NEAREST, PER_SIDE, HIGHEST = 1e-3, 120, 0.999
 """Frequencies on each side of a harmonic: lowest [rad/s], number, and highest over half the sampling rate."""
 DAMPED, ABOUT = 0.1, np.tan(np.linspace(-1.45, 1.45, 21))
-"""Damping ratio below which a mode needs frequencies of its own, and their distances from it in its half-widths."""
+"""Damping ratio below which a mode has additional frequencies, and their distances from it in its half-widths."""
 DAMPINGS = 0.1, 5.0
 """Limits of the damping ratio of the band-pass."""
 NOTCH_DAMPING = 0.2
@@ -148,8 +148,8 @@ def tune_ipc(  # noqa: PLR0913 - design choices, each with a default
         and turbine do.
       lead_time: [s] proportional over integral gain; by default the share of the filter's delay that permits the
         largest gain.
-      phase_margin: [rad] kept at every operating point.
-      gain_margin: factor kept at every operating point.
+      phase_margin: [rad] least phase margin at every operating point.
+      gain_margin: least gain margin at every operating point.
       wind_speeds: [m/s] wind speeds of the operating points; by default four from 1.1 times rated to cut-out.
       sensor: dynamics between the blade moments and the controller.
       sample_time: [s] sample time of the controller; by default the model's time step.
@@ -249,7 +249,7 @@ def linear_models(
 
 
 def default_speeds(model: BladedModel) -> list[float]:
-    """[m/s] of the operating points of a tuning: evenly spaced from 1.1 times rated wind speed to cut-out."""
+    """[m/s] wind speeds of the operating points of a tuning, evenly spaced from 1.1 times rated to cut-out."""
     turbine = model.turbine
     low, high = turbine.cut_in, turbine.cut_out
     for _ in range(6):  # rated: where the pitch leaves its minimum
@@ -308,7 +308,7 @@ class _Plant:
         return P[:-1], complex(P[-1]), float(abs(other[-1]) / abs(P[-1]))
 
     def loop(self, loop: HarmonicLoop, sensor: LoadSensor | None) -> Complex:
-        """(F,) contribution of a loop, at its own or another harmonic, to L (C-34, C-38)."""
+        """(F,) contribution of a loop at this or another harmonic to L (C-34, C-38)."""
         tone = self.w + self.harmonic * self.speed
         same = turn(self.harmonic) * turn(loop.harmonic)
         s = 1j * (tone - same * loop.harmonic * self.speed)
@@ -321,7 +321,7 @@ class _Plant:
 
 
 _plant = lru_cache(maxsize=32)(_Plant)
-"""Responses take most of the time of a tuning, and loops are looked at together and one by one."""
+"""Plants are cached: responses take most of the time of a tuning, and are used for each loop and for all together."""
 
 
 def _check(model: BladedModel, flap: int, phase: float, gain: float) -> None:
@@ -360,19 +360,19 @@ class _Draft:
 
     @property
     def delay(self) -> float:
-        """[s] of slow changes by the band-pass."""
+        """[s] delay of slow changes by the band-pass."""
         damping = self.loop.filter_damping
         return 1.0 / (damping * self.loop.harmonic * self.plants[0].speed) if damping else 0.0
 
     def led(self, lead_time: float) -> HarmonicLoop:
-        """With a proportional part."""
+        """The loop with a proportional part."""
         return self.loop.replace(proportional_gain=lead_time * self.loop.integral_gain)
 
     def bandwidth(self, lead_time: float, phase: float, gain: float) -> float:
-        """[rad/s] largest of the loop alone with a proportional part; 0 if there is none (C-37)."""
+        """[rad/s] largest bandwidth of the loop alone with a proportional part; 0 if there is none (C-37)."""
         pairs = zip(self.plants, self.shapes, strict=True)
         shapes = [(plant.w, (1.0 + 1j * plant.w * lead_time) * L, plant.poles) for plant, L in pairs]
-        # margins do not tell a loop that drives slow changes up, as one whose plant has another sign at some points
+        # margins do not reveal a loop that amplifies slow changes, such as one whose plant changes sign between points
         right_way = all((L * 1j * w)[np.argmin(np.abs(w))].real > 0.0 for w, L, _ in shapes)
         return SURE * min(largest(*each, phase, gain) for each in shapes) if right_way else 0.0
 

@@ -71,7 +71,7 @@ def explained(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _mistake(function: Callable[..., Any], args: Any, kwargs: Any, *, texts_only: bool) -> str:
-    """Message about invalid arguments of a call, or only about texts in place of lists; empty if none is found."""
+    """Message about invalid arguments of a call, or only about texts in place of lists; empty if they are valid."""
     signature = inspect.signature(function)
     try:
         given = signature.bind(*args, **kwargs).arguments

@@ -1,6 +1,6 @@
 """Errors and run status, with their messages.
 
-Files, the command line, functions and records made in Python raise :class:`InputError` (where, what
+Files, the command line, functions and records in Python raise :class:`InputError` (where, what
 was expected, the closest valid name, what to do); ``build`` raises :class:`UnsupportedError` for
 features it does not have; a run that ends early raises :class:`RunError` with what it computed, or in
 a batch has a :class:`Status`; one that leaves the range of validity of the model continues and reports it.
@@ -33,7 +33,7 @@ class UnsupportedError(MeltemiError):
 
 
 class RunError(MeltemiError):
-    """A simulation ended early, or ``Result.raise_for_status`` found it doubtful.
+    """A simulation ended early, or is doubtful (``Result.raise_for_status``).
 
     Attributes:
       result: the result up to then, if there is one.

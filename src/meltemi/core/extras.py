@@ -30,7 +30,7 @@ REQUIREMENTS = (
     "windIO>=2.1,<3",
     "xarray>=2024.7,<2028",
 )
-"""As the extras of ``pyproject.toml`` have them: the package index does not know meltemi, so messages name packages."""
+"""Requirements of the extras of ``pyproject.toml``: messages name packages, as the package index has no meltemi."""
 BY_NAME = {re.split(r"[\[><=]", requirement)[0]: requirement for requirement in REQUIREMENTS}
 ALONE = {"rosco": "--no-deps "}
 """Packages whose library works without what they require."""

@@ -53,7 +53,7 @@ def _check_owner(path: Path, others: int) -> None:
         why = why.replace("go-2", "go-w").replace("go-7", "go-rwx")
     else:
         return
-    raise PermissionError(errno.EPERM, f"{why}, or set MELTEMI_CACHE_DIR to a folder of your own", str(path))
+    raise PermissionError(errno.EPERM, f"{why}, or set MELTEMI_CACHE_DIR to a folder that belongs to you", str(path))
 
 
 def user_key() -> bytes:

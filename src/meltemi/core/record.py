@@ -84,7 +84,7 @@ def set_keys(data: dict[str, Any], path: str, value: Any) -> None:
 
 
 COPY = {"copy": True}
-"""Context of a dump that a record is made from again."""
+"""Context of a dump from which a record is created again."""
 
 
 @cache

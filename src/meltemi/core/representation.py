@@ -79,7 +79,7 @@ class Fold:
 
 @dataclass(frozen=True)
 class Card:
-    """What a notebook shows of an object.
+    """Representation of an object in a notebook.
 
     Attributes:
       title: class of the object.

@@ -18,9 +18,9 @@ class TimeSeries(Record):
     """
 
     time: Vector
-    """(n,) [s] from the start of the run, not decreasing."""
+    """(n,) [s] times from the start of the run, not decreasing."""
     value: Vector
-    """(n,) in the unit of the quantity."""
+    """(n,) values in the unit of the quantity."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

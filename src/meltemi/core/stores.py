@@ -1,4 +1,4 @@
-"""What stores of results share: identity of the code behind a result, and files that outlast a crash."""
+"""Common functions of stores of results: identity of the code behind a result, and files that outlast a crash."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ IMPORT = re.compile(rb"^\s*(?:from|import) (meltemi\.\w+)", re.MULTILINE)
 
 @cache
 def code_identity(*packages: str) -> tuple[int | str, ...]:
-    """Identity of the code that made a result; a stored result with another one is not used.
+    """Identity of the code that computed a result; a stored result with another one is not used.
 
     Args:
       packages: packages of which each file counts, data included, with the simulator and what they import of meltemi.

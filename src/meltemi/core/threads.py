@@ -27,7 +27,7 @@ def available_cores() -> int:
 
 @cache
 def _libraries() -> ThreadpoolController:
-    """The libraries of NumPy and SciPy, each with threads of its own."""
+    """The libraries of NumPy and SciPy, each with a thread pool."""
     import scipy.linalg  # noqa: F401  loads the second one
     from threadpoolctl import ThreadpoolController
 

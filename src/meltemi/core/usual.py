@@ -1,8 +1,8 @@
 """Usual ranges of numbers, which stand beside their units: ``[kg; 1e3 to 1e5 at 100 m]`` in the text below a field.
 
-A number (of a list, the largest magnitude) beyond its range is told, but zero and the default. A range ``at 100 m`` is
-that of a turbine of this rotor diameter; it goes with the diameter by geometric similarity at equal tip speed
-(docs/guide/scaling.md): lengths and times in proportion to it, masses to its cube, and all else as its unit says.
+A number (of a list, the largest magnitude) beyond its range is reported, except zero and the default. A range
+``at 100 m`` is that of a turbine of this rotor diameter; it goes with the diameter by geometric similarity at equal tip
+speed (docs/guide/scaling.md): lengths and times in proportion to it, masses to its cube, and all else as its unit says.
 """
 
 from __future__ import annotations

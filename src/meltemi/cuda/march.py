@@ -30,7 +30,7 @@ BLOCK = 32
 """Threads of a block."""
 ALIGNMENT = 64
 SIGNATURE = types.void(types.int64[::1], types.int64[:, ::1])
-"""Of the kernel: steps of each run, and words."""
+"""Arguments of the kernel: number of steps of each run, and addresses of its records."""
 Bytes = NDArray[np.uint8]
 
 

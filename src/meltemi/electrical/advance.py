@@ -1,4 +1,4 @@
-"""The electrical system over a time step of the turbine, in sub-steps of its own; its rates; and its steady state.
+"""The electrical system over a time step of the turbine, in sub-steps; its rates; and its steady state.
 
 Each sub-step: the machine's current under the torque demand; the grid's current under the control of the DC link;
 energies; protection. All powers are exact means over the sub-step, so that energy is conserved to rounding at any
@@ -38,7 +38,7 @@ SWEEPS = 30
 
 @kernel
 def converter_loss(share: float, square: float, standing: float, drop: float, ohms: float) -> float:
-    """[W] of a converter (E-16).
+    """[W] loss of a converter (E-16).
 
     Args:
       share: voltage of the DC link over the nominal one.
@@ -50,26 +50,26 @@ def converter_loss(share: float, square: float, standing: float, drop: float, oh
 
 @kernel
 def machine_loss(dc: float, square: float, p: ElectricalParameters) -> float:
-    """[W] of the machine's converter at the voltage ``dc`` of the DC link."""
+    """[W] loss of the machine's converter at the voltage ``dc`` of the DC link."""
     return converter_loss(dc / p.dc_voltage, square, p.machine_standing, p.machine_drop, p.machine_ohms)
 
 
 @kernel
 def grid_loss(dc: float, square: float, p: ElectricalParameters) -> float:
-    """[W] of the grid's converter at the voltage ``dc`` of the DC link."""
+    """[W] loss of the grid's converter at the voltage ``dc`` of the DC link."""
     return converter_loss(dc / p.dc_voltage, square, p.grid_standing, p.grid_drop, p.grid_ohms)
 
 
 @kernel
 def chopper(dc: float, p: ElectricalParameters) -> float:
-    """[W] dissipated in the brake resistor (E-22)."""
+    """[W] power dissipated in the brake resistor (E-22)."""
     duty = min(max((dc - p.chopper_begin) / (p.chopper_full - p.chopper_begin), 0.0), 1.0)
     return duty * p.chopper_conductance * dc * dc
 
 
 @kernel
 def stored_energy(e: Electrical) -> float:
-    """[J] in DC link and inductors."""
+    """[J] energy in DC link and inductors."""
     p, i, g = e.electrical, e.electric.stator, e.electric.grid
     return e.electric.dc_energy + 0.75 * (
         p.stator_inductance * real_product(i, i) + p.filter_inductance * real_product(g, g)
@@ -117,7 +117,7 @@ def electric_begin(
     incoming = -1.5 * real_product(y, i) - machine_loss(dc, real_product(i, i), p)
     x.stator, x.stator_hold = i, steady_hold(R, L, w, p.current_rate, h, i, y)
     x.stator_voltage = magnitude(y)
-    # the grid side delivers the incoming power less its own losses
+    # the grid side delivers the incoming power less its losses
     R, L, w = p.filter_resistance, p.filter_inductance, 2.0 * pi * frequency
     peak = max(voltage, LEAST_VOLTAGE) * p.grid_peak
     g = Phasor(0.0, 0.0)
@@ -198,9 +198,9 @@ def electric_advance(
       dt: [s].
       torque: [N m] demanded, on the generator's shaft.
       reactive: [var] demanded, delivered to the grid.
-      speed: [rad/s] of the generator's shaft.
-      voltage: [per unit] of the grid.
-      frequency: [Hz] of the grid.
+      speed: [rad/s] speed of the generator's shaft.
+      voltage: [per unit] voltage of the grid.
+      frequency: [Hz] frequency of the grid.
       e: parameters, states and recorded quantities.
     """
     # one function, 83 lines: both sides share the link within a substep, and parts would exchange a dozen numbers

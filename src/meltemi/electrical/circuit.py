@@ -51,7 +51,7 @@ def circuit(resistance: float, inductance: float, w: float, rate: float, h: floa
     """Coefficients of a step of ``h`` [s] (E-7 to E-10).
 
     Args:
-      w: [rad/s] of the frame.
+      w: [rad/s] angular velocity of the frame.
       rate: [rad/s] bandwidth of the current control.
     """
     Z = Phasor(resistance, w * inductance)

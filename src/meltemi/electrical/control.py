@@ -37,7 +37,7 @@ def stator_reference(torque: float, w: float, most: float, p: ElectricalParamete
 
     Args:
       torque: [N m] electromagnetic.
-      w: [rad/s] of the stator.
+      w: [rad/s] angular frequency of the stator.
       most: [V] largest amplitude of the converter's voltage.
     """
     R, X = p.stator_resistance, w * p.stator_inductance
@@ -63,7 +63,7 @@ def grid_reference(active: float, reactive: float, voltage: float, p: Electrical
     Args:
       active: [A] demanded in phase with the voltage.
       reactive: [var] demanded.
-      voltage: [per unit] of the grid.
+      voltage: [per unit] voltage of the grid.
     """
     limit, away = p.grid_limit, 1.0 - voltage
     if abs(away) > p.dead_band:
@@ -93,11 +93,11 @@ def energy_control(
     """Control of the DC link's energy by the grid side (E-17 to E-20).
 
     Args:
-      incoming: [W] from the machine side.
-      energy: [J] in the DC link.
+      incoming: [W] power from the machine side.
+      energy: [J] energy in the DC link.
       hold: [W] integral part.
       reactive: [var] demanded.
-      voltage: [per unit] of the grid.
+      voltage: [per unit] voltage of the grid.
     """
     w = p.voltage_rate
     error = energy - 0.5 * p.capacitance * p.dc_voltage * p.dc_voltage
@@ -116,11 +116,11 @@ def protection(
     """Number of the protection that trips, see TRIPS; 0 for none (E-23, E-24).
 
     Args:
-      dc: [V] of the DC link.
-      voltage: [per unit] of the grid.
-      frequency: [Hz] of the grid.
+      dc: [V] voltage of the DC link.
+      voltage: [per unit] voltage of the grid.
+      frequency: [Hz] frequency of the grid.
       low_time: [s] since the voltage left its band.
-      heat: [J] in the chopper.
+      heat: [J] heat in the chopper.
     """
     if dc > p.dc_highest:
         return 1.0

@@ -41,7 +41,7 @@ class ElectricControl(Electrical, Control):
 
 @kernel
 def reactive_power(c: ElectricControl) -> float:
-    """[var] that controller and operator demand."""
+    """[var] reactive power that controller and operator demand."""
     return c.demands.reactive_power + c.outside.reactive_power
 
 

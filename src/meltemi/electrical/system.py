@@ -127,7 +127,7 @@ class DCLink(Record):
     capacitance: float = Field(gt=0.0)
     """[F; 1e-4 to 1] capacitance."""
     chopper: Chopper | None = None
-    """Without it, power that the grid cannot take trips the turbine."""
+    """Chopper; without it, power that the grid cannot absorb trips the turbine."""
     highest: float = Field(default=1.25, gt=1.0, lt=3.0)
     """Voltage above which the turbine trips, per unit of the nominal one."""
     lowest: float = Field(default=0.7, ge=0.1, lt=1.0)
@@ -153,7 +153,7 @@ class RideThrough(Record):
     zero_time: float = Field(default=0.15, ge=0.0)
     """[s; 0.05 to 1] duration of zero voltage without a trip."""
     recovery_time: float = Field(default=1.5, gt=0.0)
-    """[s; 0.5 to 10] from the dip's begin at which the voltage must be back in the band; the limit rises linearly."""
+    """[s; 0.5 to 10] time from the dip's begin until the voltage must be in the band; the limit rises linearly."""
     highest_voltage: float = Field(default=1.3, gt=1.0)
     """Voltage above which the turbine trips [-; 1.05 to 2], per unit of the nominal one."""
     lowest_frequency: float = Field(default=47.0, gt=0.0)

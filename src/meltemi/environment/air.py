@@ -19,9 +19,9 @@ from meltemi.environment.gases import CELSIUS, R_DRY, R_VAPOUR, STANDARD_TEMPERA
 Float = NDArray[np.float64]
 
 SEA_LEVEL_PRESSURE = 101325.0
-"""[Pa] of the ISO 2533 standard atmosphere."""
+"""[Pa] pressure of the ISO 2533 standard atmosphere at sea level."""
 SEA_LEVEL_RANGE = (8e4, 1.1e5)
-"""[Pa] between which it lies."""
+"""[Pa] limits of the pressure at sea level."""
 
 
 def vapour_pressure(temperature: ArrayLike, humidity: ArrayLike) -> Float:
@@ -144,7 +144,7 @@ class Air(Record):
     pressure: Varying | None = None
     """[Pa] measured at the site, constant or time-varying; by default that of the altitude."""
     altitude: float = Field(default=0.0, ge=-500.0, le=9000.0)
-    """[m] of the site above sea level."""
+    """[m] altitude of the site above sea level."""
     sea_level_pressure: float = Field(default=SEA_LEVEL_PRESSURE, gt=SEA_LEVEL_RANGE[0], lt=SEA_LEVEL_RANGE[1])
     """[Pa] used if the pressure is not measured."""
 

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 DENSITY_ERROR = 5e-5
-"""Relative, of a density that is interpolated."""
+"""Relative error of an interpolated density."""
 HALVINGS = 8
-"""At most, of an interval in which the air changes."""
+"""Largest number of halvings of an interval in which the air changes."""
 
 
 def _density_times(air: Air, times: Float) -> Float:

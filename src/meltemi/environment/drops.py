@@ -21,7 +21,7 @@ SMALLEST, LARGEST = 1e-4, 6e-3
 WATER = 1000.0
 """[kg/m^3] density of water."""
 MM_PER_HOUR = 1e-3 / 3600.0
-"""[m/s]."""
+"""[m/s] one millimetre per hour."""
 
 
 def _not_negative(name: str, value: ArrayLike, unit: str) -> Float:

@@ -10,7 +10,7 @@ from meltemi.core.record import Record
 from meltemi.core.series import Varying, values
 
 NOMINAL_FREQUENCY = 50.0
-"""[Hz] of the grid of a turbine without an electrical system."""
+"""[Hz] frequency of the grid of a turbine without an electrical system."""
 
 
 class PowerGrid(Record):

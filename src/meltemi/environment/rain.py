@@ -1,7 +1,7 @@
 """Rain, and the power loss of a rotor by the energy balance of Palanimuthu et al. (2022).
 
-Reference: Palanimuthu et al. (2022), eqs (5) to (14). Drops that meet a body are stopped in the time in which they pass
-their own radius; the sum over all these drops is a pressure on the wetted area. The area is that of a flat ellipsoid,
+Reference: Palanimuthu et al. (2022), eqs (5) to (14). Drops that meet a body stop in the time in which they travel
+their radius; the sum over all these drops is a pressure on the wetted area. The area is that of a flat ellipsoid,
 the rotor disk with a thickness, that travels through slanting rain (Bailey 2002). The study of drops on blade elements
 assesses the physical validity (docs: Air and rain).
 """
@@ -69,7 +69,7 @@ class Rain(Particular):
     mode: Literal["integrated", "seed"] = "integrated"
     """Integral over the drop size distribution, or all drops of one diameter (Palanimuthu et al. 2022)."""
     diameter: float = Field(default=3.0, gt=0.0, le=10.0)
-    """[mm] of the drops in mode `seed`."""
+    """[mm] diameter of the drops in mode `seed`."""
     fall_speed: float | None = Field(default=None, ge=0.0, le=20.0)
     """[m/s] fall speed of the drops; by default the terminal speed of the diameter, or of the mean one by mass."""
     tail_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
@@ -77,9 +77,9 @@ class Rain(Particular):
     cross_wind: float = Field(default=0.0, ge=-100.0, le=100.0)
     """[m/s] cross wind component of the drop velocity."""
     drop_speed: float | None = Field(default=None, gt=0.0, le=200.0)
-    """[m/s] at which drops meet the rotor; by default the wind speed."""
+    """[m/s] speed at which drops meet the rotor; by default the wind speed."""
     half_thickness: float = Field(default=2.0, ge=0.0, le=100.0)
-    """[m] of the flat ellipsoid that represents the rotor."""
+    """[m] half the thickness of the flat ellipsoid that represents the rotor."""
     water_density: float = Field(default=drops.WATER, gt=0.0, le=2000.0)
     """[kg/m^3] density of water."""
 

@@ -17,7 +17,7 @@ else:
     Rain = deferred("meltemi.environment.rain", "Rain")
 
 STANDARD = 1.225
-"""[kg/m^3] of the ISO 2533 standard atmosphere at sea level."""
+"""[kg/m^3] air density of the ISO 2533 standard atmosphere at sea level."""
 
 
 class Environment(Particular):

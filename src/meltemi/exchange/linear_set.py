@@ -36,7 +36,7 @@ def linear_set(
 
     Args:
       model: turbine model.
-      wind_speeds: [m/s] in ascending order.
+      wind_speeds: [m/s] wind speeds in ascending order.
       inputs: as for ``linearise``.
       outputs: names of channels.
       progress: callback with the completed fraction.

@@ -12,7 +12,7 @@ from meltemi.turbine.definition import Turbine
 
 Kind = Literal["warning", "approximated", "ignored", "used", "equivalent", "not needed"]
 KINDS: tuple[Kind, ...] = ("warning", "approximated", "ignored", "used", "equivalent", "not needed")
-"""In the order of a reader's interest."""
+"""Kinds of entries in the order of a reader's interest."""
 MOST_LINES = 20
 """Notes on a terminal of each kind."""
 

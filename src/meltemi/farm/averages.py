@@ -24,11 +24,11 @@ Ints = NDArray[int64]
 BLEND = 0.15
 """Height over which points begin to count, over the reach of an average."""
 BETWEEN = pi / IN_RING
-"""[rad] between a point of a ring and one that is turned by half their distance."""
+"""[rad] half the angle between neighbouring points of a ring."""
 BESIDE = 1e-3
-"""[m] of a plane, where what it has is evaluated."""
+"""[m] shift of a plane's average into the wake, so that rounding does not decide between which planes it lies."""
 AMBIENT, DISTURBED, ALONG = 0.0, 1.0, 2.0
-"""Of an average: the ambient wind, with the wakes, or with their part along it."""
+"""Winds of which :func:`mean_wind` is the mean: the ambient wind, with the wakes, or with their part along it."""
 
 
 @kernel
@@ -39,7 +39,7 @@ def select_planes(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Ve
       count: number of planes of each wake.
       near: 1 for each wake that is considered, 0 for others.
       centre, normal, radius: geometry of the disk, axes of the farm.
-      slack: [m] by which the disk and the planes move until the next selection.
+      slack: [m] largest displacement of the disk and the planes until the next selection.
     """
     planes, reach, far = m.planes, m.wakes.reach, radius + slack
     for k in range(m.visible.wakes):

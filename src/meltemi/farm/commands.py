@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 SPEED, INTENSITY, DURATION, TRANSIENT = 9.0, 0.1, 600.0, 30.0
 WIND = {"--wind-speed": SPEED, "--turbulence": INTENSITY, "--seed": 1}
-"""Of a row without other options: below rated wind, where wakes cost power."""
+"""Wind of a row by default: below rated wind speed, where wakes cost power."""
 DEL = "DEL: damage-equivalent load, 1 Hz, of the blade root out of plane (slope 10) and the tower base fore-aft (4)"
 
 
@@ -110,7 +110,7 @@ def _case_of(target: str, given: dict[str, Any]) -> tuple[FarmCase, Path]:
     if is_case(path) or (path.suffix in YAML and not path.exists()):
         if given:
             words = ", ".join(word for word in map(str, _words(given)) if word.startswith("--"))
-            raise InputError(f"{path} is the file of a farm, which defines its own run; remove {words}")
+            raise InputError(f"{path} is the file of a farm, which defines the run; remove {words}")
         return read_record(path, FarmCase), path.parent
     return _row_case(target, given), Path()
 
@@ -146,11 +146,11 @@ def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: 
     label = f"{case.turbine}, {case.wakes.words}: {result[0].meta['wind']}"
     print_table(label, *cost_rows(result, before, SHOWN), all_rows=(head, rows))
     print(f"{DEL}; %: change by the wakes" if before else DEL)
-    drawn = meltemi.plots.plot_farm(result, before, label)
-    files = [*write_farm(result, out), *write_results(out / "farm", (head, rows), drawn)]
+    figure = meltemi.plots.plot_farm(result, before, label)
+    files = [*write_farm(result, out), *write_results(out / "farm", (head, rows), figure)]
     if case.view:
-        seen = {f"T{i + 1}": each for i, each in enumerate(result.turbines)}
-        files.append(meltemi.plots.view(seen).write(out / "farm.html"))
+        results = {f"T{i + 1}": each for i, each in enumerate(result.turbines)}
+        files.append(meltemi.plots.view(results).write(out / "farm.html"))
     return files
 
 

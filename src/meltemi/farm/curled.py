@@ -25,15 +25,15 @@ from meltemi.maths.vectors import Vec, cross, dot
 
 Float = NDArray[float64]
 WIDE = 1.9
-"""Half the side of a plane, over the rotor diameter."""
+"""Half the side of a plane over the rotor diameter."""
 VORTICES = np.arange(2, 100)
-"""Of 100 along the rotor's diameter, those that FAST.Farm counts: its loop leaves the lowest one out."""
+"""Numbers of the vortices along the rotor diameter, of 100: FAST.Farm's loop leaves out the lowest one."""
 CORE = 0.2
-"""Radius of their cores, over the diameter."""
+"""Core radius of the vortices over the rotor diameter."""
 STABLE = 0.2
-"""Most of diffusion in a step: viscosity times time over the square of the points' spacing."""
+"""Largest diffusion number of a step: viscosity times time over the square of the points' spacing."""
 CARRIED = 0.5
-"""Most of the points' spacing that the velocity across carries a deficit in a step."""
+"""Largest Courant number of a step: distance of advection across the wake over the points' spacing."""
 
 
 class CurledField(WakeField):

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 EDDY_SPACING = 0.04
-"""Between its points, over the largest rotor diameter."""
+"""Spacing of the points over the largest rotor diameter."""
 EDDY_LENGTH = 0.5
-"""Length scale, over the same."""
+"""Length scale over the largest rotor diameter."""
 EDDY_POINTS = 64
-"""In each direction, after which it repeats."""
+"""Points in each direction, after which the turbulence repeats."""
 
 
 @cache

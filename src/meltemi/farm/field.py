@@ -44,17 +44,17 @@ LEAST_RADIUS = 1e-3
 class Wakes(Table, title="wakes"):
     """Parameters of the wakes for an observer."""
 
-    origin_x: float = number("m", "of the observer's axes in those of the farm")
-    origin_y: float = number("m", "the same")
-    time: float = number("s", "at which the planes are where their centres are")
-    spacing: float = number("m", "between the points of a profile")
-    reach: float = number("m", "of a profile from its centre")
+    origin_x: float = number("m", "origin of the observer's axes in those of the farm, first coordinate")
+    origin_y: float = number("m", "origin of these axes, second coordinate")
+    time: float = number("s", "time of the positions of the planes")
+    spacing: float = number("m", "spacing of the points of a profile")
+    reach: float = number("m", "radius up to which a profile extends")
     merging: float = number("-", "0: root of the sum of squares, 1: sum, 2: largest deficit")
     ceiling: float = number("m", "height up to which averages over planes count")
     added: float = number("-", "1: with the turbulence that wakes add")
-    eddy_spacing: float = number("m", "between the points of the added turbulence")
-    eddy_speed_x: float = number("m/s", "with which it travels")
-    eddy_speed_y: float = number("m/s", "the same")
+    eddy_spacing: float = number("m", "spacing of the points of the added turbulence")
+    eddy_speed_x: float = number("m/s", "velocity of the added turbulence, first component")
+    eddy_speed_y: float = number("m/s", "velocity of the added turbulence, second component")
 
 
 class Planes(Table, axes="wake plane"):
@@ -62,13 +62,13 @@ class Planes(Table, axes="wake plane"):
 
     centre: Vectors = xyz("m", "centre, axes of the farm")
     normal: Vectors = xyz("-", "unit vector along the wake: the rotor's axis when the plane left it")
-    velocity: Vectors = xyz("m/s", "of the centre")
+    velocity: Vectors = xyz("m/s", "velocity of the centre")
     axial: Numbers = number("m/s", "filtered velocity along the normal, with which the profile ages")
     travelled: Numbers = number("m", "path along the normal since the rotor")
     wind: Numbers = number("m/s", "filtered ambient wind along the normal, at the rotor when the plane left it")
     intensity: Numbers = number("-", "filtered ambient turbulence intensity there")
     yaw: Numbers = number("rad", "filtered yaw error there")
-    eddies_deficit: Numbers = number("s/m", "of curled wakes: factor of added turbulence over the deficit")
+    eddies_deficit: Numbers = number("s/m", "factor of added turbulence over the deficit, for curled wakes")
     eddies_slope: Numbers = number("s", "the same over slopes of the axial velocity")
 
 

@@ -26,7 +26,7 @@ CLOSEST = 2.0
 """Rotor diameters between turbines: nearer ones are in the near wake, for which there is no model."""
 MOST_TURBINES = 200
 LARGEST = 1e5
-"""[m] of a coordinate of a position."""
+"""[m] largest coordinate of a position."""
 MOST_YAW = math.radians(60.0)
 
 
@@ -50,7 +50,7 @@ class FarmCase(LoadCase):
     """Complete description of the simulation of a farm: a load case with positions and wakes."""
 
     positions: Annotated[tuple[tuple[float, float], ...], BeforeValidator(_pairs)]
-    """(x, y) [m] of the turbines: x downwind for wind direction 0, y to the left."""
+    """Positions (x, y) [m] of the turbines: x downwind for wind direction 0, y to the left."""
     yaw: tuple[float, ...] = ()
     """[rad] constant yaw of each nacelle from the wind, counter-clockwise from above; by default 0: all face the
     wind."""

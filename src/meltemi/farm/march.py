@@ -18,22 +18,22 @@ from meltemi.maths.vectors import dot
 
 Float = NDArray[float64]
 LEAST_WIND = 0.5
-"""[m/s] wind of the march, whatever turns back: a rotor at rest in calm air leaves no wake."""
+"""[m/s] least wind speed of the march, also in reversed flow: a rotor at rest in calm air leaves no wake."""
 LEAST_VISCOSITY = 1e-4
 """Least ambient eddy viscosity over diameter and wind."""
 ENCLOSED = 0.95
 """Share of a deficit within the wake's half width, where a model has no other."""
 CLOSE = 0.1
-"""Least distance of a plane from the one before, over its way in a step."""
+"""Least distance between planes over the travelled distance of a step."""
 
 
 class Mixing(Table, title="mixing in a wake"):
     """Constants of the eddy viscosity and of added turbulence; those that vary along the wake are arrays by plane."""
 
-    radius: float = number("m", "of the rotor")
-    ambient: float = number("-", "of the ambient turbulence")
+    radius: float = number("m", "rotor radius")
+    ambient: float = number("-", "factor of the eddy viscosity of the ambient turbulence")
     power: float = number("-", "exponent of the ambient turbulence intensity")
-    shear: float = number("-", "of the wake's own shear")
+    shear: float = number("-", "factor of the eddy viscosity of the wake shear")
     gradient: float = number("-", "1: a mixing length times the gradient, where that is more")
     slowest: float = number("-", "1: of the slowest wind in the wake, 0: of the deepest deficit")
     rotor_wide: float = number("-", "1: the wake's half width is the rotor radius, 0: it encloses the deficit")

@@ -281,9 +281,9 @@ def quadrature_error(points: Float, exact: Float, r: Float) -> Float:
 IN_RING = 8
 """Points of a ring."""
 FINE_RINGS = 400
-"""Of a rule for what a sum over the usual ones misses."""
+"""Rings of the quadrature rule from which the error of the usual ones is evaluated."""
 SECOND_ZERO = 7.015586669815619
-"""Of the Bessel function J1: there FAST.Farm's averages end."""
+"""Second zero of the Bessel function J1, where the averages of FAST.Farm end."""
 
 
 def jinc(x: float) -> float:

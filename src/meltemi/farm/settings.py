@@ -23,7 +23,7 @@ WORDS: dict[SetName, str] = {
 
 
 class WakeSettings(Record):
-    """How wakes are computed; the defaults are those of FAST.Farm."""
+    """Settings of the wakes; the defaults are those of FAST.Farm."""
 
     model: SetName = "fast.farm"
     """Named set of constants, or none: turbines without wakes."""

@@ -44,15 +44,15 @@ from meltemi.wind.turbulent import AnyWind
 
 Float = NDArray[np.float64]
 SAMPLES = 8
-"""Of each rotor between two exchanges."""
+"""Samples of each rotor between two exchanges."""
 STEP = 2.0
-"""[s] longest between exchanges, by default."""
+"""[s] longest interval between exchanges by default."""
 MOST_PITCH = 0.5
-"""[rad] of a set-point."""
+"""[rad] largest pitch offset of a set-point."""
 LEVEL = 0.125
-"""Of the mean wind: step between the operating points that wakes develop with."""
+"""Step between the operating points with which wakes develop, over the mean wind."""
 START = 0.02
-"""The same between those in which turbines start, so that few are computed for many turbines."""
+"""Step between the operating points in which turbines start: few are computed for many turbines."""
 
 
 class RotorReader:

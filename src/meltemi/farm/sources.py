@@ -27,7 +27,7 @@ _CONSTANTS = (
     "WAT_k_Def 0.6 0 0 2 1; WAT_k_Grad 3 0 0 12 0.65"
 )
 FAST_FARM = {name: tuple(map(float, values)) for name, *values in map(str.split, _CONSTANTS.split(";"))}
-"""Constants of the set ``fast.farm`` by keyword; the viscosities of 4.x have one number, and lines of their own."""
+"""Constants of the set ``fast.farm`` by keyword; the viscosities of 4.x have one number, and separate lines."""
 CURLED = {name: (0.0,) for name in FAST_FARM if name.startswith("C_HWkDfl")} | {
     "k_VortexDecay": (0.0,),
     "NumVortices": (100.0,),
@@ -35,7 +35,7 @@ CURLED = {name: (0.0,) for name in FAST_FARM if name.startswith("C_HWkDfl")} | {
     "FilterInit": (1.0,),
     "k_vCurl": (2.0,),
 }
-"""What the set ``curled`` has in place of them, and besides."""
+"""Constants of the set ``curled`` that differ from these, and additional ones."""
 INCLUDE = re.compile(r"!include\s+([^\s,\]}#]+)")
 
 

@@ -36,7 +36,7 @@ def read_farm(folder: str | Path) -> FarmResult:
     for i, each in enumerate(results):
         if "farm" not in each.meta:
             raise InputError(
-                f"{folder}: turbine_{i + 1}.nc does not say where it stands in a farm: an earlier version of meltemi "
+                f"{folder}: turbine_{i + 1}.nc has no position in a farm: an earlier version of meltemi "
                 f"wrote it; simulate it again, or give its farm file ({folder / 'farm.yaml'})"
             )
     places = [each.meta["farm"] for each in results]

@@ -31,33 +31,33 @@ from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
 
 Float = NDArray[np.float64]
 Together = Callable[[Callable[[int], Any]], list[Any]]
-"""Calls a function for all turbines, on threads."""
+"""Call of a function for all turbines, on threads."""
 RADII = 60
 """Points of a profile."""
 ASIDE, WANDERS = 2.0, math.radians(15.0)
-"""Turbines downwind that a wake may meet: rotor diameters beside its way, and angle to the mean wind."""
+"""Limits for downwind turbines that a wake may meet: rotor diameters beside its path, angle to the mean wind."""
 BEYOND = 3.0
-"""Rotor diameters behind the last of them that a wake reaches."""
+"""Rotor diameters that a wake extends behind the last of these turbines."""
 FURTHEST = 20.0
 """Rotor diameters at which every wake ends."""
 SLOWEST = 0.3
-"""Of the mean wind, with which a wake drifts: the planes for which there is memory."""
+"""Lowest drift speed of a wake over the mean wind, which determines the memory for its planes."""
 DEVELOPED = 0.6
-"""The same when wakes are developed before a run."""
+"""Lowest drift speed over the mean wind while wakes develop before a run."""
 SLACK = 15.0
-"""[m] by which nodes leave the rotor's plane, besides the drift of planes between exchanges."""
+"""[m] deflection of nodes out of the rotor plane, in addition to the drift of planes between exchanges."""
 SEEN = 0.6
-"""Of the diameter: radius of what a turbine sees, with its bent blades."""
+"""Radius about a rotor within which wakes are evaluated, over its diameter: with deflected blades."""
 CELLS = 250
-"""Of a view of the farm, along its longer side."""
+"""Number of cells of a view of the farm along its longer side."""
 MEMORY = 60.0
-"""[s] over which a rotor's wind is filtered, in which it operates while wakes develop."""
+"""[s] time constant of the filtered wind in which rotors operate while wakes develop."""
 LEAST_SHARE = 0.3
-"""Of the wind, in which a turbine starts."""
+"""Least wind in which a turbine starts, over the ambient wind."""
 LEAST_WIND = 1.0
-"""[m/s] wind of a thrust coefficient: a rotor in calm air leaves no wake."""
+"""[m/s] least wind of a thrust coefficient: a rotor in calm air leaves no wake."""
 FINE = 40
-"""Points between the radii of a profile, of integrals of the load along the blade."""
+"""Points between the radii of a profile for integrals of the load along the blade."""
 MOST_THRUST = 2.0
 """Largest thrust coefficient at any radius."""
 
@@ -193,7 +193,7 @@ class FarmWakes:
     Args:
       settings: set of constants, merging, added turbulence.
       wind: the ambient wind.
-      positions: (turbines, 2) [m] in the axes of the wind.
+      positions: (turbines, 2) [m] positions in the axes of the wind.
       diameters, hubs: [m] rotor diameters and hub heights.
       mean: mean wind.
       step: [s] interval between exchanges.
@@ -212,11 +212,7 @@ class FarmWakes:
         self.model: WakeSet = settings.constants()
         self.positions, self.diameters, self.hubs, self.step = positions, diameters, hubs, step
         n, largest = len(positions), max(diameters)
-        to, (c, d) = positions[None] - positions[:, None], (math.cos(mean.direction), math.sin(mean.direction))
-        along, across = to @ [c, -d], np.maximum(np.abs(to @ [d, c]) - ASIDE * largest, 0.0)
-        turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
-        distance = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
-        self.reach = np.minimum(distance.max(axis=1) + BEYOND * largest, FURTHEST * largest)
+        self.reach = _reaches(positions, wind, mean, largest)
         self.spacing = largest / (settings.radial_points or self.model.points)
         self.r = self.spacing * np.arange(RADII, dtype=np.float64)
         self.shape = Curled(self.model, self.r, largest) if self.model.curled else Axisymmetric(self.model, self.r)
@@ -250,17 +246,12 @@ class FarmWakes:
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
         ]
         self.boxes = np.full((n, 2, 2), np.inf)
-        disk, rings = replace(self.model, windowed=False), settings.rings
         self.fields, self._reach = list[PlaneField](), list[float]()
         for hub, diameter, members in zip(hubs, diameters, undisturbed, strict=True):
-            drifting = average_points(self.model, diameter, settings.rings)
-            span = average_points(disk, diameter, 5, 1.0)
-            span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
-            points = {"drift": drifting, "disk": average_points(disk, diameter, rings), "span": span}
-            arrays = {name: np.ascontiguousarray(each.T) for name, each in points.items()}
-            self.fields.append(self.shape.planes("lanes", wind_arrays(wind, hub, diameter) | members | arrays))
-            self._reach.append(float(np.hypot(drifting[:, 0], drifting[:, 1]).max()))
-        self._missed = {d: self.shape.quadrature_error(d, rings) for d in set(diameters)}
+            points = _average_points(self.model, diameter, settings.rings)
+            self.fields.append(self.shape.planes("lanes", wind_arrays(wind, hub, diameter) | members | points))
+            self._reach.append(float(np.hypot(*points["drift"][:2]).max()))
+        self._missed = {d: self.shape.quadrature_error(d, settings.rings) for d in set(diameters)}
         self._averages = (ALONG if self.model.curled else DISTURBED) if self.model.disturbed else AMBIENT
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
@@ -367,7 +358,7 @@ class FarmWakes:
         return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
 
     def rotor_wind(self, i: int, rotor: RotorState, t: float) -> tuple[Float, Float]:
-        """(3,) [m/s] mean wind over the span of rotor i with the wakes of the other turbines, and ambient."""
+        """(3,) [m/s] mean wind over the span of rotor i with the wakes of the other turbines, and (3,) ambient wind."""
         m = self.fields[i]
         m.wakes.time = t
         u, v = quick(rotor_mean, m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))
@@ -427,6 +418,28 @@ class FarmWakes:
         everywhere = np.ones(len(self.count), dtype=np.int64)
         horizontal(self.fields[0], self.fields[0].wakes.time, self.count, everywhere, x, y, self.hubs[0], speed)
         return x, y, speed
+
+
+def _reaches(positions: Float, wind: Wind, mean: SteadyWind, largest: float) -> Float:
+    """(turbines,) [m] length of each wake: to the last turbine that it may meet, but limited."""
+    to, (c, d) = positions[None] - positions[:, None], (math.cos(mean.direction), math.sin(mean.direction))
+    along, across = to @ [c, -d], np.maximum(np.abs(to @ [d, c]) - ASIDE * largest, 0.0)
+    turns = WANDERS + float(np.ptp(getattr(wind, "direction", 0.0)))
+    distance = np.where(np.arctan2(across, along) <= turns, np.linalg.norm(to, axis=2), 0.0)
+    return np.minimum(distance.max(axis=1) + BEYOND * largest, FURTHEST * largest)
+
+
+def _average_points(model: WakeSet, diameter: float, rings: int) -> dict[str, Float]:
+    """(3, n) points of the averages of :class:`PlaneField` for a rotor diameter [m]."""
+    disk = replace(model, windowed=False)
+    span = average_points(disk, diameter, 5, 1.0)
+    span[:, 2] /= np.hypot(span[:, 0], span[:, 1])  # the mean over the span, as that of a rotor's state
+    points = {
+        "drift": average_points(model, diameter, rings),
+        "disk": average_points(disk, diameter, rings),
+        "span": span,
+    }
+    return {name: np.ascontiguousarray(each.T) for name, each in points.items()}
 
 
 def _in_wind(rotor: RotorState, wind: Float) -> RotorState:

@@ -20,11 +20,11 @@ from meltemi.wind.turbulent import AnyWind, TurbulentWind
 
 Float = NDArray[np.float64]
 ASIDE = 1.9
-"""Rotor diameters beside the outermost turbines that a generated field reaches: wakes meander there."""
+"""Rotor diameters of a generated field beside the outermost turbines, where wakes meander."""
 POINTS = 12
-"""Of a generated field in a rotor diameter."""
+"""Points of a generated field per rotor diameter."""
 MOST_MEMORY = 4e9
-"""[bytes] of a generated field."""
+"""[bytes] largest size of a generated field."""
 
 
 def wind_and_positions(
@@ -52,7 +52,7 @@ def wind_and_positions(
 
 
 def _along(direction: float, positions: Float) -> tuple[Float, Float]:
-    """(turbines,) [m] along and across a wind direction [rad]."""
+    """(turbines,) [m] positions along and across a wind direction [rad]."""
     both = np.array([in_axes(direction, float(x), float(y)) for x, y in positions])
     return both[:, 0], both[:, 1]
 

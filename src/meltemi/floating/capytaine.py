@@ -73,7 +73,7 @@ def _coefficients(content: h5py.File, path: Path) -> HydroCoefficients:
     motions = ("influenced_dof", "radiating_dof")
     C, mass = array("hydrostatic_stiffness", *motions) / (rho * g), float(array("inertia_matrix", *motions)[0, 0])
     centre, R = np.asarray(content["center_of_mass"]), np.asarray(content["rotation_center"])
-    water = C - tilt_stiffness(centre - R, -mass / rho)  # a body's own mass need not be that of the water displaced
+    water = C - tilt_stiffness(centre - R, -mass / rho)  # the mass of a body need not be that of the displaced water
     coefficients = HydroCoefficients(
         w[finite], added[finite], damping[finite], added[limit[0]], heading[along], excitation, water
     )

@@ -1,4 +1,4 @@
-"""Whether potential-flow coefficients are about the platform's point and without its weight, by their own waves.
+"""Check by their waves whether potential-flow coefficients are about the platform's point and without its weight.
 
 Reference: docs/theory/floating.md (W-45, W-46).
 """

@@ -40,7 +40,7 @@ from meltemi.simulation.step import DIVERGED, begin_parts_step, check_parts
 from meltemi.simulation.system import March
 
 THETA = 0.5
-"""Weight of the end of a step: second order, without damping of its own (W-27)."""
+"""Weight of the end of a step: second order, without numerical damping (W-27)."""
 BED_STIFFNESS, BED_DAMPING = 3e6, 3e5
 """[Pa/m], [Pa s/m] of the sea bed below a line, over its diameter; the defaults of MoorDyn."""
 CREEP = 0.01

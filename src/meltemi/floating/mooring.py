@@ -65,7 +65,7 @@ class Line(Table, axes="line"):
 
 
 class LineOrder(Table, axes="line", integer=True):
-    """How lines make strings; numbers of lines and of free points, or ``NONE``."""
+    """Connection of lines to strings: numbers of lines and of free points, or ``NONE``."""
 
     below: Entries[int] = number("-", "next line below in the string")
     point: Entries[int] = number("-", "free point at the lower end, within the string")
@@ -129,7 +129,7 @@ class Moorings(KernelRecord):
 
 @kernel
 def dyad(a: float, b: float, e: Vec) -> Sym:
-    """a I + b e e^T."""
+    """Matrix a I + b e e^T."""
     return Sym(a + b * e.x * e.x, a + b * e.y * e.y, a + b * e.z * e.z, b * e.x * e.y, b * e.x * e.z, b * e.y * e.z)
 
 
@@ -288,7 +288,7 @@ def half_of(i: int, m: Moorings) -> tuple[float, float]:
 
 @kernel
 def first_place(n: int, m: Moorings) -> Vec:
-    """Where the search for a junction begins: between the ends of its strings, by their lengths."""
+    """Start of the search for a junction: between the ends of its strings, by their lengths."""
     nothing = Vec(0.0, 0.0, 0.0)
     above, below, legs, trunks, short, long = nothing, nothing, 0, 0, 0.0, 0.0
     for i in range(m.line_order.lines):  # type: ignore[attr-defined]

@@ -59,7 +59,7 @@ class MooringLine(Record):
     """A line of one kind, from the platform or a free point down to an anchor or a free point."""
 
     fairlead: Vector | str
-    """(3,) [m] on the platform at rest: x, y, and height above still water; or the name of one of ``points``."""
+    """(3,) [m] position on the platform at rest: x, y, height above still water; or the name of one of ``points``."""
     anchor: Vector | str
     """(3,) [m] position, or the name of one of ``points``."""
     length: float = Field(gt=0.0)

@@ -86,11 +86,11 @@ class Platform(Record):
 
     @property
     def tension_warning(self) -> str:
-        """What tensions of static lines lack; empty for moving ones."""
+        """Note on what tensions of static lines do not include; empty for moving ones."""
         return STATIC_TENSIONS if self.lines and self.line_model == "static" else ""
 
-    def drawn(self) -> dict[str, Any]:
-        """What views draw: depth [m], members with their ends and diameters [m], lines as points in equilibrium."""
+    def view_shape(self) -> dict[str, Any]:
+        """Shape for views: depth [m], members with their ends and diameters [m], lines as points in equilibrium."""
         members = [[*each.start.tolist(), *each.end.tolist(), *each.diameters] for each in self.members]
         rest = at_rest(self.lines, self.points, self.depth, self.water_density)
         lines = [shape.round(2).tolist() for shape in shapes(rest, self.lines, self.water_density)]

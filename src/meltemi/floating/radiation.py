@@ -59,7 +59,7 @@ class Radiation:
 
     @property
     def residue(self) -> Complex:
-        """(P, 6, 6) of each pole: output times input."""
+        """(P, 6, 6) residue of each pole: output times input."""
         return self.output[:, :, None] * self.input[:, None]
 
     def kernel(self, t: Float) -> Float:
@@ -119,7 +119,7 @@ def fit_radiation(coefficients: HydroCoefficients) -> Radiation:
 
 
 def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: HydroCoefficients) -> Radiation:
-    """A group of motions with the lowest order that is accurate, made passive."""
+    """Passive model of a group of motions, with the lowest accurate order."""
     some, n = list(motions), len(motions)
     scale = np.outer(size[some], size[some])
 

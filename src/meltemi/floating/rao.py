@@ -140,7 +140,7 @@ def resonances(linear: LinearModel, highest: float) -> Float:
 
 
 def resonant_frequencies(resonances: Float, highest: float) -> Float:
-    """(F,) [rad/s] from half the lowest natural frequency to ``highest``, finer about resonances.
+    """(F,) [rad/s] frequencies from half the lowest natural frequency to ``highest``, finer about resonances.
 
     A resonance of natural frequency w and damping ratio d has half its power at about w (1 - d) and w (1 + d): points
     to either side of w begin at a quarter of this distance, and widen.

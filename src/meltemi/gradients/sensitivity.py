@@ -84,7 +84,7 @@ class Sensitivity(Brief):
       steps: changes of the parameters within which switches are counted.
       slopes: (T, channels, parameters) derivatives of the series.
       switches: number of changes of a branch or limit within a step of a parameter, by place; None for a controller
-        that does not count its own.
+        that does not count them.
     """
 
     result: Result

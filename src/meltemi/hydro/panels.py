@@ -19,14 +19,14 @@ from meltemi.hydro.hull import Hull
 
 Float = NDArray[np.float64]
 THIN = 1e-3
-"""Height of the first layer of cells, below still water, over that of others; its vertices are put on still water."""
+"""Height of the first layer of cells below still water over that of others; its vertices are moved to still water."""
 SHARP = 0.05
 """Least curvature of an edge: of the squared normals' deviations over those along the mean normal."""
 BISECTIONS = 30
 MOST_CELLS = 5e6
-"""Of a grid: some ten seconds."""
+"""Largest number of cells of a grid, which takes some ten seconds."""
 FINE = (2.0, 4.0)
-"""Grids of the hydrostatics, finer than that of the panels by these factors."""
+"""Refinement of the grids of the hydrostatics over that of the panels."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Panels:
 
 
 def panels_of(hull: Hull, size: float) -> Panels:
-    """Panels of a size [m] with the displacement of the hull: the surface is moved slightly outwards (W-36)."""
+    """Panels of a size [m] with the displacement of the hull; the surface is moved slightly outwards for it (W-36)."""
     plain = contour(hull.distance, *hull.bounds(), size)
     offset = (hull_moments(hull, size)[0] - plain.moments()[0]) / plain.area
     return contour(lambda x: hull.distance(x) - offset, *hull.bounds(), size)
@@ -90,7 +90,7 @@ def contour(distance: Callable[[Float], Float], low: Float, high: Float, size: f
         extent = " x ".join(f"{x:.3g}" for x in span)
         raise InputError(
             f"hull: {count:.1e} cells of {size:.3g} m for its {extent} m, at most {MOST_CELLS:.0e} are possible; check "
-            "start and end of its members and boxes, or take larger panels"
+            "start and end of its members and boxes, or use larger panels"
         )
     axes = [
         size * (np.arange(np.floor(a / size) - 1.0, np.ceil(b / size) + 2.0) + 0.5)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 SHOWN = (("surge", 0, 3), ("heave", 2, 3), ("pitch", 4, 5))
 """Motions, their places, and the power of length [m] of their added mass over density."""
 FAINTEST = 1e-3
-"""Of the largest excitation, below which its phase is noise."""
+"""Share of the largest excitation below which its phase is noise."""
 
 
 def plot_coefficients(title: str, c: HydroCoefficients) -> Figure:

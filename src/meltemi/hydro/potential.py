@@ -21,11 +21,11 @@ from meltemi.sea.airy import GRAVITY, wave_number
 
 Float = NDArray[np.float64]
 DEEP = 6.0
-"""Wave number times depth, from which the water counts as deep."""
+"""Wave number times depth above which the water counts as deep."""
 COARSER = 1.4
-"""Size of the panels of the check of convergence over that of the others."""
+"""Size of the panels in the convergence check over that of the other panels."""
 PER_WAVE = 6.0
-"""Panels along the shortest wave that they resolve."""
+"""Panels per wavelength of the shortest resolved wave."""
 
 
 def hydrostatics(hull: Hull, size: float) -> tuple[float, Float, Float]:

@@ -32,7 +32,7 @@ I_REF: dict[Edition, dict[str, float]] = {
 """Turbulence intensity of each category at 15 m/s [-]: clause 6.2, table 1. The characteristic value I_15 in edition 2,
 the expected one I_ref since edition 3."""
 SLOPE = {"A": 2.0, "B": 3.0}
-"""a of edition 2 [-]: clause 6.2, table 1."""
+"""Slope parameter a of edition 2 [-]: clause 6.2, table 1."""
 V_REF_TROPICAL = 57.0
 """[m/s] V_ref,T of edition 4, clause 6.2, table 1: where there are tropical cyclones, whatever the class."""
 
@@ -41,7 +41,7 @@ NTM_B, ETM_C = 5.6, 2.0
 GUST_FACTOR, ONE_YEAR = 1.4, 0.8
 """V_e50 / V_ref, a 3 s gust over the 10 min mean, and speeds of 1 year over those of 50 years [-]."""
 STORM_INTENSITY = 0.11
-"""sigma_1 / V_hub of the turbulent extreme wind speed model [-]: ed. 3, eq. 16."""
+"""Ratio sigma_1 / V_hub of the turbulent extreme wind speed model [-]: ed. 3, eq. 16."""
 
 
 class WindClass(Record):
@@ -56,7 +56,7 @@ class WindClass(Record):
     v_ave: float = Field(gt=0.0, le=50.0)
     """V_ave [m/s]: annual mean at hub height; 0.2 V_ref by default."""
     v_storm: float = Field(gt=0.0, le=70.0)
-    """[m/s] that replaces V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
+    """[m/s] wind speed instead of V_ref in the extreme wind speed model: V_ref,T of edition 4; V_ref by default."""
     i_ref: float = Field(gt=0.0, lt=1.0)
     """I_ref [-]: expected turbulence intensity at 15 m/s; in edition 2 I_15, the characteristic one."""
     a: float | None = Field(default=None, gt=0.0)
@@ -140,7 +140,7 @@ def wind_class(name: str, edition: Edition = 3) -> WindClass:
 
 
 def as_class(of: str | WindClass, edition: Edition | None) -> WindClass:
-    """A class given by name (edition 3 by default) or as a record with its own edition."""
+    """A class given by name (edition 3 by default) or as a record, which has an edition."""
     if isinstance(of, WindClass):
         if edition not in (None, of.edition):
             raise InputError(f"edition: the {of.label} cannot be used with edition {edition}")

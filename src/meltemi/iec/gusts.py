@@ -293,7 +293,7 @@ def _shear(model: str, turbine: AnyTurbine, speed: float, k: WindClass, intensit
 
 
 def _beta(model: str, k: WindClass, years: int | None) -> float | None:
-    """beta of edition 2; None since edition 3."""
+    """Factor beta of edition 2; None since edition 3."""
     if k.edition != 2:
         if years is not None:
             raise InputError(f"{model}: years applies to edition 2 only; edition {k.edition} has one {model} only")
@@ -315,7 +315,7 @@ def _sign(model: str, sign: int) -> int:
 
 
 def _course(duration: float) -> NDArray[np.float64]:
-    """t / T from 0 to 1."""
+    """Time t / T from 0 to 1."""
     return np.linspace(0.0, 1.0, round(duration / STEP) + 1)
 
 

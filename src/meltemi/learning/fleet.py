@@ -51,7 +51,7 @@ from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
 OUTPUT_STEP = 0.05
-"""[s] longest between the rows of loads that the reward reads."""
+"""[s] longest interval between the rows of loads that the reward reads."""
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 RESET_OPTIONS = ("wind_speed", "turbulence_seed", "begin", "azimuth", "misalignment")
 

@@ -43,7 +43,7 @@ FEATURE = "the learning environments"
 Float = NDArray[np.float64]
 
 COMMANDS = ("pitch_1", "pitch_2", "pitch_3", "torque", "yaw_rate")
-"""What the actions of an agent are converted to, in SI units."""
+"""Quantities to which the actions of an agent are converted, in SI units."""
 TERMS = ("power", "speed", "reference", "yaw", "load", "pitch_travel", "yaw_travel", "failure")
 """Components of the reward, before their weights."""
 OVERSPEED, REFERENCE, YAW_ERROR, TRAVEL = 0.1, 0.1, np.radians(10.0), np.radians(1.0)
@@ -59,7 +59,7 @@ class AgentState(Table, title="learning environment"):
 
     wrapper: float = number("-", "address of the controller below: its wrapper,")
     code: float = number("-", "and its compiled code")
-    reference_speed: float = number("rad/s", "of the generator")
+    reference_speed: float = number("rad/s", "reference speed of the generator")
     maximum_torque: float = number("N m", "largest torque")
     torque_rate: float = number("N m/s", "largest rate of the torque")
     minimum_pitch: float = number("rad", "smallest pitch")
@@ -72,8 +72,8 @@ class AgentState(Table, title="learning environment"):
     torque: float = number("N m", "the agent's part of the torque demand")
     yaw_rate: float = number("rad/s", "the agent's demand")
     follows: float = number("-", "1: the torque keeps the power below the reference of the grid")
-    efficiency: float = number("-", "of the generator")
-    leak: float = number("1/s", "of the integrals of accelerations")
+    efficiency: float = number("-", "efficiency of the generator")
+    leak: float = number("1/s", "leakage rate of the integrals of accelerations")
     last_pitch: Numbers = blades("rad", "demands of the last call")
     last_torque: float = number("N m", "demand of the last call")
     azimuth_sine: float = number("-", "sine of the azimuth angle")
@@ -85,14 +85,14 @@ class AgentState(Table, title="learning environment"):
     yaw_error: float = number("rad", "wind direction minus nacelle direction, clockwise from above")
     power_error: float = number("W", "power reference minus power")
     calls: float = number("-", "calls since the last observation; sums over them:")
-    power_sum: float = number("W", "of the power")
-    speed_sum: float = number("-", "of the squared overspeed")
-    reference_sum: float = number("W^2", "of the squared power error")
-    yaw_sum: float = number("rad^2", "of the squared yaw error")
-    pitch_travel: float = number("rad", "of pitch angles, mean of the blades")
-    yaw_travel: float = number("rad", "of the yaw angle")
-    measured_pitch: Numbers = blades("rad", "at the last call")
-    measured_yaw: float = number("rad", "at the last call")
+    power_sum: float = number("W", "sum of the power")
+    speed_sum: float = number("-", "sum of the squared overspeed")
+    reference_sum: float = number("W^2", "sum of the squared power error")
+    yaw_sum: float = number("rad^2", "sum of the squared yaw error")
+    pitch_travel: float = number("rad", "travel of the pitch angles, mean of the blades")
+    yaw_travel: float = number("rad", "travel of the yaw angle")
+    measured_pitch: Numbers = blades("rad", "pitch at the last call")
+    measured_yaw: float = number("rad", "yaw at the last call")
     started: float = number("-", "0 before the first call")
 
 
@@ -102,11 +102,11 @@ class EpisodeState(Table, title="episode of an environment"):
     substeps: float = number("-", "time steps in a step of the environment")
     last_step: float = number("-", "instant at which the episode is truncated")
     overspeed: float = number("rad/s", "generator speed at which it is terminated")
-    rated_power: float = number("W", "of the turbine")
+    rated_power: float = number("W", "rated power of the turbine")
     rated_speed: float = number("rad/s", "reference of the generator speed")
     yaw_drive: float = number("rad/s", "rate of the yaw drive")
-    time_step: float = number("s", "of the run")
-    output_step: float = number("s", "between rows of the output")
+    time_step: float = number("s", "time step of the run")
+    output_step: float = number("s", "interval between rows of the output")
     counting: float = number("-", "1: the load component is the rainflow damage; 0: the squared rate")
     read: float = number("-", "rows of the output that have been read")
     place: float = number("-", "place of the present observation in the ring of delayed ones")
@@ -116,10 +116,10 @@ class CounterState(Table, title="load counter"):
     """Rainflow counter of one load of the reward."""
 
     cycles: OpenCycles = part(OpenCycles, "in ranges of the scale", prefix="")
-    column: float = number("-", "of the output")
+    column: float = number("-", "column of the output")
     scale: float = number("N m", "range that counts as one")
-    weight: float = number("-", "in the load component")
-    damage: float = number("-", "of closed cycles, and of open ones as half cycles, at the last observation")
+    weight: float = number("-", "weight in the load component")
+    damage: float = number("-", "damage of closed cycles, and of open ones as half cycles, at the last observation")
     rates: float = number("1/s^2", "sum of the squared rates since the last observation")
 
 

@@ -26,7 +26,7 @@ TEST_SEEDS = tuple(range(2001, 2013))
 FAST = ModelOptions(integration="implicit", time_step=1.0 / 30.0)
 """The whole flexible turbine with implicit steps of a thirtieth of a second."""
 LIGHT = FAST.replace(blade_nodes=8)
-"""The same with eight nodes a blade."""
+"""``FAST`` with eight nodes per blade."""
 MODELS = {"full": ModelOptions(), "fast": FAST, "light": LIGHT}
 """Options of the models by name; docs/guide/learning.md has their speeds and deviations."""
 

@@ -1,7 +1,7 @@
 """Batches of cases on all cores.
 
 Kernels release Python's global interpreter lock, so cases are threads of one process, and nothing is copied or compiled
-twice. Each case has its own arrays.
+twice. Cases share no arrays that they change.
 
 The field of a turbulent wind is generated when its case starts and freed when it ends. Cases may come from a generator,
 from which each free worker takes the next one, so memory holds as many fields as there are workers.
@@ -61,7 +61,7 @@ class Batch:
       series: keep the time series; without them the value of a case, and what ``reduce`` is called with, is a
         :class:`~meltemi.loads.Summary`, computed while the case runs.
       slopes: m of the S-N curves of summaries by channel; else 10 for blades, 3 for mooring lines, 4 for others.
-      store: keeps values in its own way, instead of files in ``out``.
+      store: stores values instead of files in ``out``.
     """
 
     cases: Iterable[Run]
@@ -86,7 +86,7 @@ class Batch:
         if not self.series and self.out is not None:
             raise InputError("out and series=False exclude each other: files contain the time series")
         if self.store is not None and (self.out is not None or not self.series):
-            raise InputError("store excludes out and series=False: it has its own way to keep results")
+            raise InputError("store excludes out and series=False: it stores the results itself")
         if self.series and self.slopes is not None:
             raise InputError("slopes are those of summaries: give series=False")
         if self.device != "cpu":
@@ -102,7 +102,7 @@ class Batch:
         self.names: set[str] = set()
         self.outcomes: dict[int, Outcome] = {}
         self.under_way: dict[int, Simulation] = {}
-        self.asked = self.told = 0
+        self.started = self.reported = 0
 
     @one_blas_thread  # once for all threads: the setting belongs to the process
     def run(self) -> list[Outcome]:
@@ -135,7 +135,7 @@ class Batch:
         """Call the callbacks."""
         if self.done is not None:
             for i in sorted([*self.outcomes]):
-                self.told += 1
+                self.reported += 1
                 self.done(self.outcomes.pop(i))
         if self.progress is not None:
             self.progress(self._share())
@@ -143,7 +143,7 @@ class Batch:
     def _share(self) -> float:
         if self.total is None:
             return 0.0
-        done = self.told + len(self.outcomes)
+        done = self.reported + len(self.outcomes)
         running = [run.share for run in list(self.under_way.values())]
         return (done + sum(running)) / max(self.total, done + len(running), 1)
 
@@ -177,13 +177,13 @@ class Batch:
         with self.next_lock:
             following = next(self.waiting, None)
             if following is None:
-                self.total, self.exhausted = self.asked, True
+                self.total, self.exhausted = self.started, True
                 return None
             i, case = following
             if not isinstance(case, Run):
                 raise InputError(f"simulate_batch: cases: expected meltemi.Run, found {case!r:.60} as number {i + 1}")
             name = case.name or f"case_{i + 1:04d}"
-            repeated, self.asked = name in self.names, i + 1
+            repeated, self.started = name in self.names, i + 1
             if case.name or self.out is not None:  # a million names would need 0.1 GB
                 self.names.add(name)
         if repeated:
@@ -225,7 +225,7 @@ class Batch:
 
     def _prepare(self, case: Run) -> Simulation:
         if case.view and not self.series:
-            raise InputError("view=True and series=False exclude each other: the view is made of time series")
+            raise InputError("view=True and series=False exclude each other: the view needs time series")
         chunk = None if self.series else CHUNK
         with self.first_lock:  # Numba compiles under one lock: the first case compiles, the others find it done
             run = None if self.compiled else prepare(case, self.device, chunk)

@@ -77,14 +77,14 @@ class BatchStore(Protocol):
         """Keep a result, and return the value of its outcome."""
 
 
-def made(case: Run) -> Run:
-    """A case with its model and wind, where functions give them."""
+def with_model_and_wind(case: Run) -> Run:
+    """The case with its model and wind, evaluated where they are functions."""
     model = case.model() if callable(case.model) else case.model
     return replace(case, model=model, wind=case.wind() if callable(case.wind) else case.wind)
 
 
 def reduced(result: Any, reduce: Reduce | None) -> Any:
-    """Value of a result; None where too little of it can be reduced, as its own status says more."""
+    """Value of a result; None where too little of it can be reduced, as its status says more."""
     try:
         return result if reduce is None else reduce(result)
     except InputError:
@@ -98,7 +98,7 @@ class Nothing:
 
     def begin(self, name: str, case: Run, reduce: Reduce | None) -> Run:
         """The case."""
-        return made(case)
+        return with_model_and_wind(case)
 
     def keep(self, name: str, result: Any, reduce: Reduce | None) -> Any:
         """The reduced result."""
@@ -128,7 +128,7 @@ class ResultFiles:
         """The file or its reduced result, if it is complete and has the same inputs."""
         if Path(name).name != name:
             raise InputError(f"a case's name becomes that of a file, which {name!r} cannot be")
-        case, path = made(case), self._path(name)
+        case, path = with_model_and_wind(case), self._path(name)
         self._inputs[name] = inputs = inputs_of(case)
         stored = None if self.rerun or inputs is None else _read(path)
         if stored is None or stored.status is not Status.OK or stored.meta.get("inputs") != inputs:

@@ -27,7 +27,7 @@ operators(
 
 @kernel
 def polar(size: float, angle: float) -> Phasor:
-    """size e^(j angle)."""
+    """Phasor size e^(j angle)."""
     return Phasor(size * cos(angle), size * sin(angle))
 
 

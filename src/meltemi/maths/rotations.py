@@ -21,7 +21,7 @@ D0, D1, D2, D3, D4, D5, D6, D7 = ((-1.0) ** k / factorial(2 * k + 3) for k in ra
 
 @kernel
 def coefficients(a2: float) -> tuple[float, float]:
-    """c and d for the square of the angle."""
+    """Coefficients c and d for the square of the angle."""
     c = C0 + a2 * (C1 + a2 * (C2 + a2 * (C3 + a2 * (C4 + a2 * (C5 + a2 * (C6 + a2 * C7))))))
     d = D0 + a2 * (D1 + a2 * (D2 + a2 * (D3 + a2 * (D4 + a2 * (D5 + a2 * (D6 + a2 * D7))))))
     return c, d

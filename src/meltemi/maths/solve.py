@@ -36,7 +36,7 @@ def solve_arrow(D: Float, C: Float, f: Float, A: Float, g: Float, n_arms: int, n
         [      ...      ... ] [...] = [...]
         [ C_0'  ...     A   ] [ y ]   [ g ]
 
-    Each arm is eliminated by its own Cholesky factor (no fill between arms), then the core is solved.
+    Each arm is eliminated by its Cholesky factor (no fill between arms), then the core is solved.
 
     Args:
       D: (arms, n_arm, n_arm) diagonal blocks; overwritten by their factors.

@@ -54,13 +54,13 @@ operators(
 
 @kernel
 def dot(a: Vec, b: Vec) -> float:
-    """a . b."""
+    """Scalar product a . b."""
     return a.x * b.x + a.y * b.y + a.z * b.z
 
 
 @kernel
 def cross(a: Vec, b: Vec) -> Vec:
-    """a x b."""
+    """Vector product a x b."""
     return Vec(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
 
 

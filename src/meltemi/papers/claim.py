@@ -15,7 +15,7 @@ from meltemi.reports.blocks import Table
 from meltemi.tuning.run_store import guarded
 
 Basis = Literal["paper", "equations", "command", "expectation", "surrogate"]
-"""What a claim rests on: the paper states it, it follows from the paper's equations or from a command that the
+"""Basis of a claim: the paper states it, it follows from the paper's equations or from a command that the
 simulation is given, so that it predicts nothing, it is our expectation, or it is our surrogate of a turbine beside its
 measurement, which the paper's model is not compared with."""
 
@@ -53,7 +53,7 @@ class Claim:
 
     @property
     def outcome(self) -> Outcome:
-        """What the judgement comes to."""
+        """Verdict of the judgement."""
         return self.judgement.outcome
 
 

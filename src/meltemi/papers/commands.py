@@ -30,7 +30,7 @@ def reproduce(
         tuple[str, ...] | None, "Parts beyond palanimuthu2022 or wang2021, as gusts,budget, or all."
     ] = None,
     turbine: Annotated[
-        str | None, "Apply the paper's methods to another turbine: a page of its own, without claims.", TURBINES
+        str | None, "Apply the paper's methods to another turbine: a separate page, without claims.", TURBINES
     ] = None,
     workers: WorkersOption = None,
     out: OutOption = Path("out"),
@@ -88,7 +88,7 @@ def _rosco(quick: bool, workers: int | None, out: Path) -> None:
     from meltemi.tuning.run_store import run_store
 
     find_rosco()
-    with run_store(out, f"duel, quick {quick}", "meltemi.papers"):
+    with run_store(out, f"rosco, quick {quick}", "meltemi.papers"):
         from meltemi.papers.he2018.rosco import brief, chapter, compare_with_rosco, comparison_tables, findings
         from meltemi.papers.he2018.runs import QUICK, LoadControlSetup
         from meltemi.papers.study import write_chapter
@@ -97,7 +97,7 @@ def _rosco(quick: bool, workers: int | None, out: Path) -> None:
             comparison = compare_with_rosco(
                 QUICK if quick else LoadControlSetup(), workers=workers, progress=lambda share, what: progress(share)
             )
-        files = write_chapter(chapter(comparison), "duel", out)
+        files = write_chapter(chapter(comparison), "rosco", out)
     for table in map(brief, comparison_tables(comparison)):
         print_table(table.caption, table.head, table.texts)
     for line in findings(comparison):

@@ -244,15 +244,15 @@ def guarded_text(of: Callable[[], str], subject: str) -> str:
 
 
 def guarded_table(caption: str, of: Callable[[], Table]) -> Table:
-    """Table from a function, or one that states why it cannot be made."""
-    return guarded(of, lambda why: Table([caption], [[f"cannot be made: {why}"]], caption))
+    """Table from a function, or one that states why the function failed."""
+    return guarded(of, lambda why: Table([caption], [[f"not available: {why}"]], caption))
 
 
 def answer_chapter(
     heading: str, verdict: Callable[[], str] | None, drawings: Sequence[Block], tables: Callable[[], Sequence[Table]]
 ) -> Section:
     """Chapter that begins with a verdict, if there is one."""
-    content = guarded(tables, lambda why: [Table([heading], [[f"cannot be made: {why}"]], heading)])
+    content = guarded(tables, lambda why: [Table([heading], [[f"not available: {why}"]], heading)])
     words = guarded_text(verdict, "The answer").split("\n\n") if verdict else []
     return Section(heading, [*words, *drawings, *content])
 
@@ -284,7 +284,7 @@ def failed_chapters() -> dict[str, Section]:
     book = current()
     listed = {
         "failed": ("What failed", book.failed, "Cells that failed; what needs them is not judged"),
-        "doubtful": ("Doubtful runs", book.doubtful, "Runs beyond what the model is made for; they count all the same"),
+        "doubtful": ("Doubtful runs", book.doubtful, "Runs outside of the model's validity; they count all the same"),
     }
     return {
         name: Section(heading, [Table(["cells", "reason"], by_kind(cells), caption, text_columns=2)])

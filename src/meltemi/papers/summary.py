@@ -33,7 +33,7 @@ class SummaryLine:
 
     @property
     def outcome(self) -> str:
-        """What its verdict comes to; what cannot be judged is as what cannot be checked."""
+        """Class of its verdict; claims that cannot be judged count as those that cannot be checked."""
         outcome = judgement_in(self.verdict).outcome
         return "unchecked" if outcome == "unjudged" else outcome
 

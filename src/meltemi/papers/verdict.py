@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 Outcome = Literal["held", "by_reading", "differ", "unjudged", "unchecked"]
-"""What a verdict comes to: ``by_reading`` if it is not the same in all readings of the paper; ``unjudged`` if it
+"""Outcome of a verdict: ``by_reading`` if it is not the same in all readings of the paper; ``unjudged`` if it
 depends on a cell that failed; ``unchecked`` if the paper, or this simulation, lacks what a comparison needs."""
 UNJUDGED, UNCHECKED = "cannot be judged: ", "cannot be checked: "
 _BEGINS: dict[Outcome, str] = {"by_reading": "holds only for ", "unjudged": UNJUDGED, "unchecked": UNCHECKED}
 _BETWEEN = " / "
 FEWEST_SEEDS = 4
-"""Below which intervals are as wide as effects, and nothing is judged by them."""
+"""Number of seeds below which intervals are as wide as effects, and nothing is judged by them."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Verdict:
     """Whether a claim holds.
 
     Attributes:
-      outcome: what it comes to.
+      outcome: outcome of the judgement.
       words: how it differs, why nothing is known, or for what the claim holds.
     """
 
@@ -52,7 +52,7 @@ class Judgement:
 
     @property
     def outcome(self) -> Outcome:
-        """What they come to together."""
+        """Common verdict of all readings."""
         outcomes = {verdict.outcome for _, verdict in self.verdicts}
         return outcomes.pop() if len(outcomes) == 1 else "by_reading"
 

@@ -30,7 +30,7 @@ from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 Band = tuple[float, float]
-"""[Hz] from, to; both included."""
+"""[Hz] first and last frequency; both included."""
 Detrend = Literal["constant", "linear"]
 
 
@@ -39,7 +39,7 @@ class IdealRemoval:
     """Standard deviation and equivalent load of a series, before and after ideal removal of bands.
 
     Attributes:
-      bands: [Hz] what was removed.
+      bands: [Hz] removed bands.
       slope: m of the S-N curve.
       std, std_left: standard deviation before and after, in the unit of the series.
       load, load_left: damage-equivalent load before and after, in the unit of the series.
@@ -157,7 +157,7 @@ def ideal_removal(
       bands: [Hz] pairs from, to; see ``harmonic_bands``.
       dt: [s] between the values of a bare series.
       slope: m of the S-N curve; the usual one of a channel unless given.
-      f_eq: [Hz] of the equivalent load.
+      f_eq: [Hz] frequency of the equivalent load.
       between: [s] evaluated part; bands are removed from the whole series, as short records separate them badly.
         Times of a bare series begin with its first value.
       detrend: see ``remove_bands``.

@@ -28,7 +28,7 @@ DEPTH = 64
 class OpenCycles(Table, title="rainflow counter"):
     """Cycles of a series that grows by one value after the other."""
 
-    slope: float = number("-", "of the S-N curve")
+    slope: float = number("-", "slope of the S-N curve")
     depth: float = number("-", "turning points of open cycles")
     end: float = number("of the series", "present end of the series")
     values: float = number("-", "values until now, as far as it matters: 0, 1, 2")
@@ -54,7 +54,7 @@ class Tally(KernelRecord):
 
     Attributes:
       output: (rows, channels) samples; the first ``clock.row`` rows are new.
-      states: (channels, fields) of :class:`ChannelState`.
+      states: (channels, fields) array of :class:`ChannelState`.
       points: (channels, DEPTH) turning points of open cycles.
     """
 
@@ -114,9 +114,9 @@ def gather(ranges: Float, means: Float, counts: Float, top: int, width: float, s
     """Add cycles to cells of range and mean (L-1 to L-3); the number of cells.
 
     Args:
-      ranges, means, counts: (n,) of the cycles.
+      ranges, means, counts: (n,) ranges, means and numbers of the cycles.
       top: row of the largest range.
-      width: of the cells of the mean; 0 for a single cell.
+      width: width of the cells of the mean; 0 for a single cell.
       slots: (rows, columns) of -1, places of the cells in ``cells``; left as it was.
       cells: (5, n) range of the first cycle, mean, count, damage against the first cycle, place in ``slots``.
     """

@@ -31,7 +31,7 @@ class Cycles(NamedTuple):
     """Cycles of a load.
 
     Attributes:
-      ranges: (n,) from valley to peak, in the unit of the load.
+      ranges: (n,) ranges from valley to peak, in the unit of the load.
       means: (n,) half-way between valley and peak, in the unit of the load.
       counts: (n,) numbers of cycles.
     """

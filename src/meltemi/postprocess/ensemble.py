@@ -245,8 +245,8 @@ def weibull_weights(
       speeds: (n,) [m/s] ascending, one in each bin.
       mean_speed: [m/s] yearly mean at the hub, 0.2 V_ref for a standard class.
       k: shape; 2 is the Rayleigh distribution.
-      edges: (n + 1,) [m/s] of the bins; half-way between the speeds by default, the outer ones as wide outwards as
-        inwards.
+      edges: (n + 1,) [m/s] edges of the bins; half-way between the speeds by default, the outer ones as wide outwards
+        as inwards.
       tails: "outside": speeds beyond the outer edges belong to no bin, such as those of standstill, whose probability
         is ``speed_exceedance``. "end_bins": they belong to the first and last bin.
 
@@ -323,7 +323,7 @@ def lifetime_del(
       slope: m of the S-N curve.
       mean_speed: [m/s] yearly mean at the hub.
       k: shape of the distribution; 2 is Rayleigh's.
-      edges: (n + 1,) [m/s] of the bins, see ``weibull_weights``.
+      edges: (n + 1,) [m/s] edges of the bins, see ``weibull_weights``.
       operating_time: N_eq counts the time within the edges only, so the p_i sum to one; otherwise it counts all time,
         without damage outside the edges.
 

@@ -149,7 +149,7 @@ def characteristic_rows(
     """Characteristic loads of the runs of a load case, for each of the 14 extremes.
 
     Args:
-      extremes: (R, 14, 6) of R runs, from ``extreme_loads``.
+      extremes: (R, 14, 6) extremes of R runs, from ``extreme_loads``.
       plane: transverse axes.
       cases: (R,) names of the runs.
       rule: see ``characteristic_value``.

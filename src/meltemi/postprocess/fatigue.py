@@ -1,7 +1,7 @@
 """Damage-equivalent loads of series and results.
 
 * Ranges are not binned unless ``bins`` is given; then every cycle has the range of its bin's upper edge.
-* No correction for the mean (Goodman) is made.
+* Cycles are not corrected for their mean (Goodman).
 * Equivalent load: DEL = (sum_i n_i S_i^m / N_eq)^(1/m) with N_eq = f_eq T: a load of constant range, f_eq
   times a second, that does the same damage. f_eq is 1 Hz unless said otherwise.
 """
@@ -39,9 +39,9 @@ def damage_equivalent_load(
 
     Args:
       series: (T,) values.
-      duration: [s] that the series covers.
+      duration: [s] duration of the series.
       slope: m of the S-N curve, e.g. 10 for glass fibre, 4 for welded steel.
-      f_eq: [Hz] of the equivalent load.
+      f_eq: [Hz] frequency of the equivalent load.
       bins: number of bins for the ranges; none by default.
       residue: "half" cycles, or those of the series "repeated": see :func:`rainflow_cycles`.
 
@@ -74,7 +74,7 @@ def equivalent_loads(
 
     Args:
       names: names of the channels; by default all loads.
-      f_eq: [Hz] of the equivalent load.
+      f_eq: [Hz] frequency of the equivalent load.
       slopes: m of the S-N curve by channel, else the usual one; a channel that is no load takes part if it has one.
 
     Raises:

@@ -39,15 +39,15 @@ class PowerSpectrum(Brief):
     """One-sided power spectral density of a time series.
 
     Attributes:
-      frequency: (F,) [Hz] from zero to half the sampling rate.
+      frequency: (F,) [Hz] frequencies from zero to half the sampling rate.
       density: (F,) [unit^2/Hz].
       unit: SI unit of the series; empty if unknown.
       channel: name of the series; empty if unknown.
       resolution: [Hz] distance between frequencies, the inverse of a segment's length.
       bandwidth: [Hz] equivalent noise bandwidth of the window, 1.5 times the resolution for a Hann window.
       segments: number of averaged segments.
-      degrees_of_freedom: of the chi-square distribution of ``density`` over its expectation, for noise; lower than
-        twice the number of segments because they overlap.
+      degrees_of_freedom: degrees of freedom of the chi-square distribution of ``density`` over its expectation, for
+        noise; lower than twice the number of segments because they overlap.
     """
 
     frequency: Float
@@ -145,7 +145,7 @@ def even_series(
     recorded: Channel | None = None
     if isinstance(source, Result):
         if channel is None or dt is not None:
-            raise InputError(f"{where}: a result requires a channel, and defines its own time")
+            raise InputError(f"{where}: a result requires a channel, and defines the time")
         recorded = source.channel(channel)
         x, step = source[channel], time_step(source.time, where)
     else:
@@ -281,7 +281,7 @@ def spectral_peak(spectrum: PowerSpectrum, frequency: float, half_width: float) 
     Args:
       spectrum: where to look.
       frequency: [Hz] middle of the range.
-      half_width: [Hz] of the range; at least that of the window's main lobe, two times the resolution, to hold a tone.
+      half_width: [Hz] half width of the range; at least that of the main lobe of the window, twice the resolution.
 
     Raises:
       InputError: there is no frequency of the spectrum in the range.

@@ -35,8 +35,8 @@ class Summary(Shown):
       slopes: (C,) slopes m of the S-N curves; 0 for channels that are no loads.
       damages: (C,) sums of n S^m of the rainflow cycles, the residue as half cycles.
       samples: number of samples.
-      duration: [s] that they cover.
-      status, message, meta: as of a ``Result``.
+      duration: [s] duration of the samples.
+      status, message, meta: status, message and data as in a ``Result``.
     """
 
     channels: tuple[Channel, ...]
@@ -62,7 +62,7 @@ class Summary(Shown):
         """Damage-equivalent loads of the load channels, as :func:`meltemi.equivalent_loads` has them.
 
         Args:
-          f_eq: [Hz] of the equivalent load.
+          f_eq: [Hz] frequency of the equivalent load.
 
         Raises:
           InputError: ``f_eq`` is not positive.
@@ -94,7 +94,7 @@ class Counter:
     Args:
       channels: channels of the first columns of ``output``.
       output: (rows, columns) samples, of which ``clock.row`` are new whenever the counter is called.
-      clock: (fields,) of :class:`Clock`.
+      clock: (fields,) array of :class:`Clock`.
       skipped: number of samples of the initial transient.
       wrap: whether angles still grow beyond a revolution.
       slopes: slopes of the S-N curves by channel; for others the usual ones.
@@ -129,7 +129,7 @@ class Counter:
         self.record, self.channels = Tally("floats", arrays), tuple(channels)
 
     def __call__(self) -> None:
-        """Take the new samples."""
+        """Add the new samples."""
         add_samples(self.record)
 
     def summary(self, about: Result, step: float) -> Summary:
@@ -137,7 +137,7 @@ class Counter:
 
         Args:
           about: status, message and origin.
-          step: [s] between samples.
+          step: [s] interval between samples.
         """
         states, spare = self.record.states, np.zeros(DEPTH)
         n, begin, total, squares, low, high, slopes = (states[:, ChannelState.index(name)] for name in KEPT)
@@ -167,7 +167,7 @@ def counted(run: Simulation, slopes: Mapping[str, float] | None = None) -> Count
 
 
 def summary(result: Result, slopes: Mapping[str, float] | None = None) -> Summary:
-    """The summary of a result: the same numbers, bit by bit, as those of a run that keeps no series.
+    """The summary of a result: bit for bit the numbers of a run that keeps no series.
 
     Args:
       result: result with its series.

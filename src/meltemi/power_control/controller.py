@@ -222,8 +222,8 @@ def default_frequency(turbine: AnyTurbine, rotor: RotorTables, inertia: float) -
     if not slope * pitch.integral_gain > 0.0:
         raise InputError(
             f"{turbine.name}: rotor power does not fall with pitch at gain_halving_pitch = "
-            f"{math.degrees(pitch.gain_halving_pitch):.3g} deg, so the speed loop of power control has no frequency of "
-            "its own; correct control.pitch.gain_halving_pitch, or give the frequency of the settings"
+            f"{math.degrees(pitch.gain_halving_pitch):.3g} deg, so the frequency of the speed loop of power control "
+            "is not defined; correct control.pitch.gain_halving_pitch, or give the frequency of the settings"
         )
     frequency = math.sqrt(0.5 * pitch.integral_gain * ratio * slope / inertia)
     damped = 2.0 * 0.7 * pitch.integral_gain / max(pitch.proportional_gain, 1e-9 * pitch.integral_gain)

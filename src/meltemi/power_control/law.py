@@ -25,7 +25,7 @@ SPARED = 0.9
 """Share of the power at fine pitch that A3 may take below the lower speed after a held pitch; the rest brings the speed
 back."""
 LEAST_SHARE, LEAST_VOLTAGE = 0.05, 0.9
-"""Of rated power and of the grid voltage, above which the efficiency is estimated."""
+"""Shares of rated power and of the nominal grid voltage above which the efficiency is estimated."""
 FINE = 1e-6
 """[rad] within which the pitch is at its smallest."""
 ABOVE_LOWER, ABOVE_UPPER, BELOW_RECOVERY, AT_FINE, HOLDING = range(len(t.CONDITIONS))
@@ -330,7 +330,7 @@ def track_ratio(x: PowerControlState, law: float, high: float, low: float, more:
 
     Args:
       high, low: [N m] limits of the demand.
-      more: [N m] for the grid's frequency, beside the loop.
+      more: [N m] additional torque for the grid's frequency.
     """
     last, loop = x.torque, x.torque_loop
     best = max(x.best_ratio * x.wind / x.radius * x.gear_ratio, x.optimal_speed)
@@ -360,7 +360,7 @@ def move_torque(x: PowerControlState, gain: float, more: float, dt: float) -> No
 
     Args:
       gain: gain of the torque law at the present pitch.
-      more: [W] for the grid's frequency, taken from the rotor's motion.
+      more: [W] additional power for the grid's frequency, from the kinetic energy of the rotor.
     """
     speed = max(x.speed, 1e-3)
     torque = x.setpoint / speed

@@ -17,7 +17,7 @@ Scheme = Annotated[
     Literal["optimal_speed", "rated_speed", "hold", "wide_hold"],
     BeforeValidator(lambda name: SCHEMES.get(name, name) if isinstance(name, str) else name),
 ]
-"""How pitch and speed share the work while power is limited; A0 to A3 are understood."""
+"""Scheme of pitch and speed while power is limited; A0 to A3 are aliases."""
 
 
 class Droop(Record):
@@ -26,7 +26,7 @@ class Droop(Record):
     droop: float = Field(default=0.05, gt=0.0, le=1.0)
     """Change of frequency, share of the nominal, for which the power changes by all of the rated one."""
     dead_band: float = Field(default=0.02, ge=0.0, lt=5.0)
-    """[Hz] to either side of the nominal frequency within which nothing changes."""
+    """[Hz] dead band to either side of the nominal frequency."""
     nominal: float | None = Field(default=None, gt=10.0, lt=100.0)
     """[Hz] frequency; by default that of the turbine's electrical system, 50 Hz where it has none."""
     reserve: float = Field(default=0.0, ge=0.0, lt=1.0)
@@ -43,7 +43,7 @@ class PowerControl(Record):
     """Settings of the power control; missing settings follow from the turbine."""
 
     torque: Literal["optimal", "tip_speed_ratio"] = "optimal"
-    """Below the power reference: torque in proportion to the speed's square, or a wind estimate and its best speed."""
+    """Torque law below the power reference: proportional to the squared speed, or by an estimate of the wind."""
     density: Literal["fixed", "temperature", "weather"] = "fixed"
     """The air that the law assumes: ``air_density``; dry air of the measured temperature at ``air_pressure``; that of
     measured temperature, humidity and pressure."""
@@ -56,29 +56,29 @@ class PowerControl(Record):
     ``rated_speed`` (A1) from rated speed on, ``hold`` (A2) holds the pitch between the two, ``wide_hold`` (A3) down to
     the lowest speed that can give the power at the present pitch."""
     recovery_speed: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the rotor above the lower speed, where A2 and A3 begin to lower the pitch; 2 % of rated speed by
+    """[rad/s] rotor speed above the lower speed at which A2 and A3 begin to lower the pitch; 2 % of rated speed by
     default."""
     upper_speed: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the rotor, which the pitch of A1 to A3 holds while power is limited; rated speed by default. A lower
-    one costs pitch travel, and spares the loads of fast rotation."""
+    """[rad/s] rotor speed that the pitch of A1 to A3 holds while power is limited; rated speed by default. A lower
+    speed costs pitch travel, and reduces the loads of fast rotation."""
     reference_rate: float | None = Field(default=None, gt=0.0)
-    """[W/s] at which the set-point of the power moves; a tenth of rated power each second by default."""
+    """[W/s] rate of the power set-point; a tenth of rated power per second by default."""
     droop: Droop | None = None
     """Frequency control; none by default."""
     frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the speed loop through the pitch; by default that of the turbine's own law at rated power."""
+    """[rad/s] frequency of the speed loop through the pitch; by default that of the turbine's law at rated power."""
     damping_ratio: float = Field(default=0.7, gt=0.0, le=5.0)
-    """Of the same loop, and of the loop of the tip-speed ratio."""
+    """Damping ratio of the speed loop, and of the loop of the tip-speed ratio."""
     anticipation: float = Field(default=0.0, ge=0.0, le=60.0)
-    """[s] by which the pitch loop extrapolates the speed by its rate of change, so that A1 to A3 begin to pitch before
-    rated speed is reached."""
+    """[s] time over which the pitch loop extrapolates the speed, so that A1 to A3 begin to pitch before the rotor
+    reaches rated speed."""
     tracking_frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the loop of the tip-speed ratio through the torque; by default the rate at which the optimal
+    """[rad/s] frequency of the loop of the tip-speed ratio through the torque; by default the rate at which the optimal
     torque comes back to its tip-speed ratio at rated speed, but at most ``frequency``."""
     estimator_frequency: float | None = Field(default=None, gt=0.0)
-    """[rad/s] of the wind estimate; ``frequency`` by default."""
+    """[rad/s] frequency of the wind estimate; ``frequency`` by default."""
     inertia: float | None = Field(default=None, gt=0.0)
-    """[kg m^2] of rotor and generator about the shaft; that of the turbine by default."""
+    """[kg m^2] inertia of rotor and generator about the shaft; that of the turbine by default."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -64,4 +64,4 @@ PITCHES = ("fine", "held", "upper", "recovery")
 NUMBER = {state.name: i + 1 for i, state in enumerate(STATES)}
 MACHINE = machine([state.name for state in STATES], CONDITIONS, TRANSITIONS)
 MODES = np.array([PITCHES.index(state.pitch) for state in STATES], dtype=np.int64)
-"""What the pitch does, by state."""
+"""Action of the pitch by state."""

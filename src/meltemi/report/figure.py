@@ -1,6 +1,6 @@
 """The style of all figures, and the classes of figures and axes that have it.
 
-Figures are made without display. The style holds within them only: the parameters of Matplotlib stay as the user set
+Figures are drawn without display. The style holds within them only: the parameters of Matplotlib stay as the user set
 them.
 """
 

@@ -271,7 +271,7 @@ STEADY_OPERATION: list[tuple[str, ...]] = [
 
 
 COARSE = 0.3
-"""[m/s] between points from which a curve does not show where rated operation begins."""
+"""[m/s] spacing of points above which a curve does not show where rated operation begins."""
 
 
 def plot_power_curve(points: Sequence[OperatingPoint], model: Model[Any] | None = None) -> Figure:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from meltemi.core.display import rounded
 from meltemi.core.files import replacing
 from meltemi.postprocess.fatigue import equivalent_loads
-from meltemi.postprocess.result_tables import channel_statistics
+from meltemi.simulation.result import channel_statistics
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -58,7 +58,7 @@ class Marked:
 
     Attributes:
       cell: content of the cell.
-      kind: "own" (subject of the row), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
+      kind: "subject" (of the row), "over" (a limit), "good", "doubtful" or "bad", or the state of a case:
         "warned", "failed".
     """
 
@@ -94,7 +94,7 @@ class Table:
       head: names of the columns, with units; a line break separates the two.
       rows: cells; a row may be shorter than the head.
       caption: above the table.
-      text_columns: how many of the first columns are text; others are if most of their cells begin with a letter.
+      text_columns: number of the first columns that are text; others are if most of their cells begin with a letter.
         Numbers are aligned to the right.
       groups: a row above the head, of (text, columns that it spans); it must span all of them.
       note: below the table.
@@ -136,7 +136,7 @@ class Picture:
     Attributes:
       png: the file or its content; it becomes part of the page.
       caption: below the picture.
-      text: what it shows, for those who cannot see it; the caption by default.
+      text: description for those who cannot see it; the caption by default.
     """
 
     png: Path | bytes
@@ -176,7 +176,7 @@ class Curve:
       dash: pattern of the line, such as "5 4".
       colour: number in the palette; by default that of its place.
       cases: places of the points' cases in the page's list of names.
-      base: which list.
+      base: name of the list.
     """
 
     name: str
@@ -197,7 +197,7 @@ class Chart:
     Attributes:
       title: above it.
       x, y: axes.
-      curves: what it shows.
+      curves: curves of the chart.
       caption: below it.
       polar: x are angles [deg], anticlockwise from the right.
       spokes: names of evenly spaced angles of a polar chart, the first to the right, with a value of each curve on

@@ -15,7 +15,7 @@ def ensemble_rows(table: EnsembleTable, units: Mapping[str, tuple[str, float]] |
     Changes are in percent; the half-width of its interval follows each number, empty where there is none.
 
     Args:
-      table: what to show.
+      table: table to show.
       units: unit and factor to it by quantity, such as ``channel.display_unit``; SI as given by default.
     """
     units = units or {}
@@ -54,7 +54,7 @@ def scheme_rows(
     interval. The equivalent load of the ensemble follows below, if there are several seeds.
 
     Args:
-      table: what to show.
+      table: table to show.
       units: units as for ``ensemble_rows``.
       means: show means of the other schemes, too.
     """

@@ -38,7 +38,7 @@ def plot_speed_power(
       performance: coefficients of its rotor.
       runs: runs by name, with the channels rotor_speed, generator_power and pitch_1.
       power: [W] electrical reference.
-      density: [kg/m^3] of the air.
+      density: [kg/m^3] air density.
 
     Raises:
       InputError: there are no runs, or a channel was not recorded.

@@ -41,9 +41,9 @@ def plot_spectra(
       results: runs by name; several runs under one name, such as seeds, are averaged. Or spectra by name.
       channel: name of the channel.
       resolution: [Hz] see ``power_spectrum``; spectra have theirs.
-      harmonics: that are marked.
+      harmonics: marked harmonics.
       rotor: [Hz] rotor frequency; by default the mean of all runs that have it; spectra do not.
-      highest: [Hz] to which the figure reaches; a little above the last harmonic by default.
+      highest: [Hz] upper limit of the figure; a little above the last harmonic by default.
       ax: where to draw.
 
     Raises:

@@ -390,7 +390,7 @@ thrust_coefficient = partial(
     levels=np.arange(0.0, 1.31, 0.1),
     title="thrust coefficient $C_t$; star: highest $C_p$",
 )
-"""Over tip-speed ratio and pitch, with the steady operating curve."""
+"""Draw coefficients over tip-speed ratio and pitch, with the steady operating curve."""
 
 
 def _operation(

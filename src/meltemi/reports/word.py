@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, SMALL, MANY = 257.0, 7, 12
-"""[mm] between the margins of A4 landscape; size [pt] of tables, and columns above which it is smaller."""
+"""Width [mm] between the margins of A4 landscape; size [pt] of tables, and columns above which it is smaller."""
 DOTS = 150
 """Dots per inch of pictures."""
 PAGE = '<w:fldSimple xmlns:w="http://schemas.openxmlformats.org/wordprocessingml/2006/main" w:instr="PAGE"/>'
@@ -172,7 +172,7 @@ def _add_table(word: Any, table: blocks.Table) -> None:
 @cache
 def _table_template() -> Template:
     def is_bold(cell: blocks.Cell) -> bool:
-        return isinstance(cell, blocks.Marked) and cell.kind == "own"
+        return isinstance(cell, blocks.Marked) and cell.kind == "subject"
 
     return templates(words=blocks.words, is_bold=is_bold).get_template("table.xml")
 

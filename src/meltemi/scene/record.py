@@ -26,7 +26,7 @@ TYPES = {"int8": np.int8, "int16": np.int16, "float32": np.float32}
 
 @dataclass(frozen=True)
 class Scene:
-    """What a view draws of a run, of modes or of a wind.
+    """Data that a view draws of a run, of modes or of a wind.
 
     Attributes:
       about: constants of the turbine, units, time steps of the tracks, accuracy; plain values.
@@ -52,7 +52,7 @@ def track_arrays(name: str, values: Float, tolerance: float | None = None, weigh
     Args:
       name: name of the track.
       values: (T, ..., n) or, with a tolerance, (T, series, points, n): all series share a basis of (points, n).
-      tolerance: largest error of ``weight`` times a value; without it every value has its own 16 bits.
+      tolerance: largest error of ``weight`` times a value; without it every value has 16 bits.
       weight: (n,) weights of the values.
     """
     if tolerance is None:

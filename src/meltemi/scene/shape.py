@@ -22,7 +22,7 @@ USUAL_THICKNESS = 0.21
 
 
 def sections(length: float) -> Float:
-    """(S,) [m] from the root: denser towards the tip, where the chord ends."""
+    """(S,) [m] positions from the root, denser towards the tip, where the chord ends."""
     return length * (1.0 - (1.0 - np.linspace(0.0, 1.0, SECTIONS)) ** 1.35)
 
 
@@ -44,7 +44,7 @@ def thickness(turbine: Turbine, s: Float) -> Float:
 
 
 def roundness(t: Float | float) -> Any:
-    """From 0 for an airfoil to 1 for a circle, by relative thickness."""
+    """Weight from 0 for an airfoil to 1 for a circle, by relative thickness."""
     return np.clip((t - 0.35) / 0.6, 0.0, 1.0)
 
 
@@ -102,5 +102,5 @@ def machine(turbine: Turbine) -> dict[str, Any]:
         "tower_length": tower.length,
         "tower_height": [round(float(v), 3) for v in z],
         "tower_diameter": [round(float(v), 3) for v in width],
-        "water": next((each.drawn() for each in (turbine.support, turbine.platform) if each is not None), None),
+        "water": next((each.view_shape() for each in (turbine.support, turbine.platform) if each is not None), None),
     }

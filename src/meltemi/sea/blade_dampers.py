@@ -249,7 +249,7 @@ def _(dt: float, c: BladeDamperControl, m: BladeDamperSystem) -> None:
 @part_drive_rates.variant
 @kernel
 def _(c: BladeDamperControl, m: BladeDamperSystem) -> None:
-    """In linear models, which alone call this, displacements are states."""
+    """Only linear models call this; there displacements are states."""
     for n in range(m.rider_load.dampers):
         m.rider_load.free[n] = 1.0
 

@@ -66,7 +66,7 @@ class ElevationSea(Sea):
 
     kind: Literal["elevation"] = "elevation"
     elevation: Vector
-    """(N,) [m] at constant time steps from time 0 on; it repeats after the last."""
+    """(N,) [m] elevation at constant time steps from time 0 on; it repeats after the last."""
     time_step: float = Field(gt=0.0, le=5.0)
     """[s] time step of the elevation."""
     direction: float = Field(default=0.0, ge=-7.0, le=7.0)

@@ -185,7 +185,7 @@ def _cut(beam: Beam, length: float) -> Beam:
 
 
 def _deflection(mesh: Mesh, springs: Springs, edges: Float, soil: Soil) -> Float:
-    """(N + 1,) [m] of the edges of the pieces along x under the load at the mudline."""
+    """(N + 1,) [m] deflection of the edges of the pieces along x under the load at the mudline."""
     G = softened(grounded(mesh, springs.foot), spread(springs, edges))
     load = np.zeros(len(G))
     load[-6], load[-2] = soil.shear, soil.moment

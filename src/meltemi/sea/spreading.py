@@ -25,7 +25,7 @@ class Spreading(Record):
     """Number of directions of equal energy."""
 
     def directions_of(self, count: int, random: np.random.Generator) -> Float:
-        """(count,) [rad] from the mean direction: one for each wave, of ``directions`` with the same energy each."""
+        """(count,) [rad] direction of each wave from the mean direction, of ``directions`` with equal energy."""
         angle = np.linspace(-0.5 * self.width, 0.5 * self.width, 2001)
         density = np.abs(np.cos(np.pi * angle / self.width)) ** (2.0 * self.exponent)
         share = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]))])

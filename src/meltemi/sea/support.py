@@ -102,7 +102,7 @@ class Support(Record):
     """(N,) [m] heights above mean sea level with channels of section loads; by default the foot and the mudline."""
     source: str = ""
 
-    def drawn(self) -> dict[str, Any]:
+    def view_shape(self) -> dict[str, Any]:
         """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
         z, d = self.position, self.diameter
         ends = zip(z[:-1], z[1:], d[:-1], d[1:], strict=True)

@@ -75,7 +75,7 @@ def _channel(row: tuple[str, ...], index: tuple[int, ...], **numbers: int) -> Ch
 
 @dataclass(frozen=True)
 class ChannelSet:
-    """What of a turbine has channels.
+    """Parts of a turbine that have channels.
 
     Attributes:
       blades: number of blades.
@@ -121,7 +121,7 @@ def catalogue(contents: ChannelSet = ChannelSet()) -> dict[str, Channel]:
     channels += channels_of_group("tower_station", contents.tower_stations)
     for name in contents.coordinates:
         unit = unit_of_coordinate(name)
-        if name != "yaw":  # yaw has its own channel
+        if name != "yaw":  # yaw has a separate channel
             channels.append(Channel(f"q {name}", "", unit, "-", "-", f"generalised coordinate {name!r}", ("q", name)))
         channels.append(Channel(f"v {name}", "", f"{unit}/s", "-", "-", f"rate of coordinate {name!r}", ("v", name)))
     return {channel.name: channel for channel in channels}

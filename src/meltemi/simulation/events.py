@@ -371,7 +371,7 @@ class YawRunaway(TemporaryEvent):
 
     type: Literal["yaw_runaway"] = "yaw_runaway"
     rate: float = Field(ge=-0.2, le=0.2)
-    """[rad/s] counter-clockwise seen from above; may exceed the drive's own limit."""
+    """[rad/s] yaw rate, counter-clockwise seen from above; may exceed the limit of the drive."""
 
     @property
     def what(self) -> str:

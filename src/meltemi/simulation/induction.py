@@ -48,7 +48,7 @@ def induction_step(m: InductionSystem) -> float:
 
 @hook
 def advance_induction(dt: float, m: InductionSystem) -> None:
-    """Advance the states of the model by its own step ``dt`` [s], by the loads of the last evaluation."""
+    """Advance the states of the model by its step ``dt`` [s], by the loads of the last evaluation."""
 
 
 @induction_step.variant

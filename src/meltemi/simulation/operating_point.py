@@ -70,7 +70,7 @@ class OperatingPoint(Brief):
         return {"wind_speed": f"{self.wind.speed:g} m/s", **values}
 
     def put(self, case: Case, azimuth: float | None = None) -> None:
-        """Write the state at an azimuth [rad] of blade 1, by default the point's own, into a case of the same model."""
+        """Write the state at an azimuth [rad] of blade 1 (default: that of the point) into a case of the same model."""
         azimuth = self.azimuth if azimuth is None else azimuth
         set_actuators(case, self.pitch, self.generator_torque)
         case["q"][:], case["v"][:] = self.q, self.v

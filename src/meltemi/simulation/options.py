@@ -23,9 +23,9 @@ class StallConstants(Record):
     b1: float = Field(default=0.0455, gt=0.0, le=10.0)
     b2: float = Field(default=0.3, gt=0.0, le=10.0)
     pressure_lag: float = Field(default=1.5, gt=0.0)
-    """[semi-chords; 0.5 to 5]."""
+    """[semi-chords; 0.5 to 5] lag of the pressure."""
     separation_lag: float = Field(default=6.0, gt=0.0)
-    """[semi-chords; 1 to 20]."""
+    """[semi-chords; 1 to 20] lag of the separation point."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -54,11 +54,11 @@ class AdvancedOptions(Record):
     """Dynamic stall model with the trailing edge ahead, within 45 degrees from the chord: the static polar behind the
     lag of the shed wake, or, as in OpenFAST 5, the static polar."""
     chord_angle: Literal["section", "openfast"] = "section"
-    """Second-order part of the chord's angle on a blade bent both ways: in the section's own plane, or from the order
+    """Second-order part of the chord's angle on a blade bent both ways: in the plane of the section, or from the order
     of rotations in OpenFAST 5."""
 
     blade_cells: tuple[float, ...] | None = Field(default=None, min_length=2, max_length=201)
-    """In place of ``blade_nodes``: edges [m] from the root of blade pieces with a node in the middle of each."""
+    """Edges [m] from the root of blade pieces with a node in the middle of each, in place of ``blade_nodes``."""
     corrections: int = Field(default=0, ge=0, le=5)
     """Additional evaluations in each step, with corrected velocities."""
     induction_iterations: int = Field(default=5, ge=2, le=100)
@@ -160,7 +160,7 @@ class ModelOptions(Record):
     """[s] time step; by default from the highest natural frequency of the model."""
     integration: Literal["explicit", "implicit"] = "explicit"
     """Stiffness and structural damping in the time integration: explicit except for modes that are stiff, such as the
-    shaft of a direct drive; or implicit for all coordinates, exact for their own vibrations, with longer steps."""
+    shaft of a direct drive; or implicit for all coordinates, exact for their free vibrations, with longer steps."""
 
     advanced: AdvancedOptions = AdvancedOptions()
     """Conventions of other codes and accuracy of the method, for comparisons and studies of convergence."""

@@ -6,7 +6,7 @@ B times that frequency:
     blade b:            q(psi) = sum_n c_n cos(n psi_b) + s_n sin(n psi_b),  n = 0..H
     tower, yaw, shaft:  the same in the rotor's azimuth with n = 0, B
 
-It is found by harmonic balance: march the flow around the azimuth with this motion prescribed, project the residuals of
+Harmonic balance solves for it: march the flow around the azimuth with this motion prescribed, project the residuals of
 the equations of motion on the harmonics, correct the motion with the linearised equations, repeat.
 
 Reference: docs/theory/simulation.md (M-10 to M-16).
@@ -53,7 +53,7 @@ FARTHEST = 0.05
 SETTLED, NEARLY = 1e-5, 2e-3
 """Corrections over the rotor radius: of a converged motion, and the largest acceptable one."""
 PITCH_SCAN = 0.05
-"""[rad] between the pitch angles of a search over the range of pitch."""
+"""[rad] spacing of the pitch angles of a search over the range of pitch."""
 DIVERGES = "operating_point: the motion diverges"
 
 
@@ -113,7 +113,7 @@ class Orbit:
         free = model.locked == 0.0
         self.free_core = np.flatnonzero(free[: self.core] & (np.arange(self.core) != self.generator))
         self.free_blade = np.flatnonzero(free[self.core : self.core + self.K])
-        # cosine and sine coefficients; a blade's in its own azimuth, the core's for harmonics 0 and B
+        # cosine and sine coefficients; those of a blade in its azimuth, those of the core for harmonics 0 and B
         self.coefficients = np.zeros(2 * (2 * self.core + (BLADE_HARMONICS + 1) * self.K))
         self.core_c, self.core_s, self.blade_c, self.blade_s = self.groups(self.coefficients)
         self.core_c[0] = self.undeflected = self.case["q"][: self.core].copy()
@@ -303,7 +303,7 @@ class Orbit:
 
     @property
     def step(self) -> float:
-        """[rad] from one azimuth of a sector to the next, in the sense of rotation."""
+        """[rad] step between the azimuths of a sector, in the sense of rotation."""
         return float(np.copysign(2.0 * np.pi / self.B / SAMPLES, self.speed))
 
     def sector(self) -> None:

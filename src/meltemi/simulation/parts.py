@@ -1,7 +1,7 @@
 """Parts of a machine that not every model has: electrical system, reactions of a moving base, sea, wakes ...
 
 A part is a record of arrays with the kernels that act at the hooks of ``simulation/step.py``. It joins the records of
-those models, or runs, that have it; to all others it costs nothing. What it contributes stands in its own module:
+those models, or runs, that have it; to all others it costs nothing. Its module defines what it contributes:
 members of the records, signals, states, parameters, channels, inputs of linear models, entries of the log.
 
 Reference: docs/development/parts.md.

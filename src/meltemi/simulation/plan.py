@@ -57,7 +57,7 @@ class RunPlan:
     Attributes:
       model, stations, channels: the simulated model, and what is recorded.
       parts: parts of the run besides those of the model.
-      recorder: of the scene for the view, ``meltemi.scene.motion.Recorder``; None without a view.
+      recorder: recorder of the scene for the view, ``meltemi.scene.motion.Recorder``; None without a view.
       events: events of the run.
       dt: [s] time step.
       n_steps, every_output: number of time steps, and of those between samples.
@@ -119,7 +119,7 @@ def planned(run: Run) -> RunPlan:
         raise InputError(
             "grid: power_reference is given, but the baseline controller does not follow it: "
             "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
-            "or one of your own"
+            "or a controller that follows it"
         )
     return RunPlan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
 

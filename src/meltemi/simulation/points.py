@@ -28,7 +28,7 @@ State = OperatingPoint | Start
 def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> tuple[State, tuple[str, ...]]:
     """State in which a run begins, and warnings about it.
 
-    Without a start it is steady operation; if none is found, that of the rigid turbine, or of a power-coefficient
+    Without a start it is steady operation; if there is none, that of the rigid turbine, or of a power-coefficient
     turbine at its reference speed. Initial conditions that name neither coordinates nor velocities are completed to an
     equilibrium; if there is none they are used as given.
 
@@ -60,7 +60,7 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
 
 
 def _at_rest(start: Start) -> Start:
-    """The same conditions, at rest in place of idling."""
+    """The initial conditions with the rotor at rest instead of idling."""
     return replace(start, rotor_speed=0.0) if start.rotor_speed == "idling" else start
 
 

@@ -1,9 +1,9 @@
 """Rain in the polars of a model: additional drag of the drops that blades accelerate.
 
 Per unit length of the span a blade element meets the mass flow L W h of water, with the water content L of the air, the
-relative speed W and the height h of the section normal to it, and accelerates it to its own speed: a force L W^2 h
-along the flow. Over 1/2 rho W^2 c this is a drag coefficient 2 (L / rho) (h / c), independent of the motion. The
-section is taken as an ellipse.
+relative speed W and the height h of the section normal to it, and accelerates it to the speed of the section: a force
+L W^2 h along the flow. Over 1/2 rho W^2 c this is a drag coefficient 2 (L / rho) (h / c), independent of the motion.
+The section is taken as an ellipse.
 
 Reference: docs/guide/air-and-rain.md (R-11).
 """
@@ -50,7 +50,7 @@ def wet_polars(
     """Polars of blades in rain.
 
     Args:
-      position: (n,) [m] of the nodes.
+      position: (n,) [m] positions of the nodes.
       polars: (g, rows, columns) on the grid over the full circle; section: (g, constants); index: (blades, n).
 
     Raises:

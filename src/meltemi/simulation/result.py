@@ -1,15 +1,16 @@
-"""Results of a simulation."""
+"""Results of a simulation, and how files, tables, notebooks and other packages show them."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.display import rounded
 from meltemi.core.errors import InputError, RunError, Status
 from meltemi.core.shown import Shown, Viewed
 from meltemi.core.units import display
@@ -20,14 +21,14 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from meltemi.control.controller import LogEntry
+    from meltemi.core.hdf5 import Variable
     from meltemi.core.representation import Card
 
 Float = NDArray[np.float64]
-
-
-def _tables() -> Any:
-    """The module of tables and labels, which is built on this one."""
-    return import_module("meltemi.postprocess.result_tables")
+CONVENTIONS = "CF-1.11"
+UNITS = {"-": "1"}
+"""Units in the spelling of UDUNITS, where it differs: that of the climate and forecast conventions (CF), which pint
+and cf-xarray read."""
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,7 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         need("Result.to_xarray", "xarray")
         import xarray as xr
 
-        variables, about = _tables().labelled(self)
+        variables, about = labelled(self)
         return xr.Dataset(variables, attrs=about)
 
     def to_pandas(self) -> pd.DataFrame:
@@ -219,13 +220,32 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         import pandas as pd
 
         columns = ["unit", "mean", "std", "min", "max"]
-        rows = [[c.display_unit[0], *numbers] for c, numbers in _tables().channel_statistics(self)]
+        rows = [[c.display_unit[0], *numbers] for c, numbers in channel_statistics(self)]
         return pd.DataFrame(rows, pd.Index(self.names, name="channel"), columns)
 
     def card(self) -> Card:
         """Status, statistics of the channels in engineering units with a line of each, messages, events, origin."""
-        shown: Card = _tables().card(self)
-        return shown
+        from meltemi.core.representation import Card, Fold, badge
+
+        kind = "good" if self.status is Status.OK else "doubtful" if self.status.complete else "bad"
+        remarks = [*filter(None, [self.message]), *map(str, self.findings), *self.warnings]
+        facts = [("status", badge(self.status.name, kind)), ("time", self.span())]
+        for name, unit in (("transient", "s"), ("output_step", "s"), ("controller", ""), ("real_time_factor", "")):
+            if self.meta.get(name):
+                facts.append((name.replace("_", " "), f"{self.meta[name]} {unit}".strip()))
+        rows = _channel_rows(self)
+        head = ["channel", "OpenFAST", "unit", "mean", "std", "min", "max", ""]
+        after = "after the transient" if self.meta.get("transient") else ""
+        sections = [
+            *([Fold("Messages", [[words] for words in remarks], [""], open=True)] if remarks else []),
+            Fold(f"{len(self.channels)} channels", rows, head, note=after, open=True),
+        ]
+        if self.log:
+            log = [[f"{entry.time:.2f}", entry.source, entry.what, entry.reason] for entry in self.log]
+            sections.append(Fold(f"{len(log)} events", log, ["time s", "source", "what", "reason"]))
+        origin = [(k.replace("_", " "), str(v)) for k, v in self.meta.items() if isinstance(v, str | int | float)]
+        sections.append(Fold("Origin", origin, note=f"meltemi {self.meta.get('meltemi', '')}"))
+        return Card("Result", self.title, facts, sections if self.meta else sections[:-1])
 
     def span(self) -> str:
         """Text with the beginning and end of the series."""
@@ -235,3 +255,55 @@ class Result(Shown, Viewed, Mapping[str, Float]):
         why = [self.message] if self.message else [str(finding) for finding in self.findings]
         remarks = "".join(f"; {words}" for words in (*why, *self.warnings))
         return f"<Result: {len(self.channels)} channels, {self.span()}, {self.status.name}{remarks}>"
+
+
+def labelled(result: Result) -> tuple[dict[str, Variable], dict[str, object]]:
+    """Series with units, frames, signs and descriptions, and attributes of the whole, as files and xarray have them."""
+    variables: dict[str, Variable] = {}
+    variables["time"] = ("time",), result.time, {"units": "s", "long_name": "simulation time", "axis": "T"}
+    for channel, series in zip(result.channels, result.data.T, strict=True):
+        unit, factor = channel.display_unit
+        about = {
+            "units": UNITS.get(channel.unit, channel.unit),
+            "unit_in_tables": unit,
+            "factor_to_tables": factor,
+            "long_name": channel.description,
+            "frame": channel.frame,
+            "positive_direction": channel.sign,
+            "openfast_name": channel.alias,
+        }
+        variables[channel.name] = ("time",), series, about
+    return variables, {
+        "Conventions": CONVENTIONS,
+        "title": result.title or "time series of a wind turbine",
+        "source": f"meltemi {result.meta.get('meltemi', '')}".strip(),
+        "status": int(result.status),
+        "status_name": result.status.name,
+        "message": result.message,
+        "unit_system": "SI: angles in rad, rotational speeds in rad/s; tables and plots use unit_in_tables",
+        "meta": json.dumps(result.meta, default=str),
+    }
+
+
+def channel_statistics(result: Result) -> Iterator[tuple[Channel, tuple[float, float, float, float]]]:
+    """Channels with mean, standard deviation, minimum and maximum after the transient, in engineering units.
+
+    Raises:
+      InputError: there are no samples.
+    """
+    for channel, series in zip(result.channels, result.evaluated.data.T, strict=True):
+        x = series * channel.display_unit[1]
+        yield channel, (float(x.mean()), float(x.std()), float(x.min()), float(x.max()))
+
+
+def _channel_rows(result: Result) -> list[list[str]]:
+    """Names, unit, statistics and line of each channel; of those that a notebook leaves out, names."""
+    from meltemi.core.representation import MOST_ROWS, sparkline
+
+    data, rows = result.after_transient.data, []
+    for i, channel in enumerate(result.channels[:MOST_ROWS]):
+        unit, factor = channel.display_unit
+        x = data[:, i] * factor
+        numbers = [rounded(float(f(x))) if len(x) else "-" for f in (np.mean, np.std, np.min, np.max)]
+        rows.append([channel.name, channel.alias, unit, *numbers, sparkline(x)])
+    return rows + [[channel.name] for channel in result.channels[MOST_ROWS:]]

@@ -1,7 +1,7 @@
 """Kinds of rotors, and the interface to them for runs, studies and the command line.
 
 A rotor with blades on a tower and a disk with a power coefficient share controllers, events, winds, channels and
-results. The differences are here, once for each kind: another kind is a folder of its own and an line in ``KINDS``.
+results. The differences are here, once for each kind: another kind is another folder and a line in ``KINDS``.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ class Run:
     take one.
 
     Attributes:
-      model: from ``build``, or a function without arguments that returns it when the run is prepared.
+      model: model from ``build``, or a function without arguments that returns it when the run is prepared.
       wind: speed [m/s] of steady wind, or a wind: steady, a series, a turbulent wind, whose field is generated for the
         run, or such a field; or a function without arguments that returns it when the run is prepared. Many runs may
         share one ``WindBox``.

@@ -118,7 +118,7 @@ class Simulation:
         whether inflow and stall are settled by them.
       held_steps: time steps of which the output is held, for a run with a ``sink``; by default all.
 
-    ``advance`` marches under the run's own controller. For co-simulation and reinforcement learning, create the
+    ``advance`` marches under the controller of the run. For co-simulation and reinforcement learning, create the
     simulation with ``controller=meltemi.control.ConstantController(sample_time)``, call ``reset``, then ``step`` with
     demands.
 
@@ -206,7 +206,7 @@ class Simulation:
         """March a run without end, piece by piece, in the memory of its output.
 
         Args:
-          samples: of the output, fewer than the run's duration has.
+          samples: number of samples of the output, fewer than the run's duration has.
 
         Returns:
           (n,) times [s] and (n, columns) samples, which the next call overwrites; fewer if the run has ended.
@@ -250,7 +250,7 @@ class Simulation:
         """March to the next sample instant of the controller under the given demands.
 
         Args:
-          demands: by name (``"pitch"`` is for all blades; those omitted keep their values), or all of
+          demands: demands by name (``"pitch"`` is for all blades; those omitted keep their values), or all of
             ``control.signals.Demands`` as a vector, in SI units; needs ``control.ConstantController()``.
 
         Returns:

@@ -29,7 +29,7 @@ from meltemi.wind.fields import Wind
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What acts on the turbine of a run from outside, and where it starts.
+    """Inputs of the turbine of a run from outside, and its start.
 
     Attributes:
       every_control: time steps between the calls of the controller.

@@ -14,7 +14,7 @@ from meltemi.simulation.system import System
 from meltemi.turbine.imbalance import deviations
 
 GEAR_SWEEPS = 8
-"""Each sweep reduces the residual by the gears' fraction of the inertia of rotor and generator."""
+"""Number of sweeps; each reduces the residual by the gears' fraction of the inertia of rotor and generator."""
 
 
 @kernel
@@ -36,8 +36,8 @@ class Start:
       rotor_speed: [rad/s]; ``"idling"`` is the speed at which the mean torque balances.
       pitch: [rad] pitch angle of all blades.
       generator_torque: [N m] generator torque.
-      coordinates, velocities: by the names in ``Model.coordinates``, in m, rad, m/s and rad/s; those of a platform are
-        also ``platform_surge`` to ``platform_yaw``, as its channels.
+      coordinates, velocities: values by the names in ``Model.coordinates``, in m, rad, m/s and rad/s; those of a
+        platform are also ``platform_surge`` to ``platform_yaw``, as its channels.
       azimuth: [rad] azimuth of blade 1.
     """
 

@@ -181,7 +181,7 @@ def advance_drive(c: Control, m: AnySystem) -> None:
 
 @control_hook
 def report_parts(c: Control) -> None:
-    """Change what the controller is told about parts."""
+    """Change the measurements of parts for the controller."""
 
 
 @by_control

@@ -59,7 +59,7 @@ def operating_point(
         quick = Orbit(model, steady)
         point = _search(quick, rotor_speed, pitch)
         enough = UNBALANCED * BALANCE * model.turbine.rated_power / point.rotor_speed
-        # a prescribed speed may be one where nothing converges; the own one is accepted by its balance
+        # a prescribed speed may be one where nothing converges; the speed of the search is accepted by its balance
         settled = rotor_speed is None or quick.moved < NEARLY * model.turbine.rotor_radius
         if settled and (rotor_speed is not None or abs(point.imbalance) <= enough or model.has_electrical):
             return point if rotor_speed is None else _judged(point, quick)

@@ -1,4 +1,4 @@
-"""What changes in a run without control: the wind, the air and the grid. What lies outside of a run has no effect."""
+"""Inputs that change in a run without control: wind, air and grid. Changes outside of a run have no effect."""
 
 from __future__ import annotations
 

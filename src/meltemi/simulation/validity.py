@@ -76,7 +76,7 @@ VIBRATION, PERIODS = 0.01, 10.0
 
 
 def new_watch(model: Model[Any]) -> Float:
-    """(columns of ``Watch``, criteria) at the start of a run."""
+    """(columns of ``Watch``, criteria) table at the start of a run."""
     turbine = model.turbine
     rated, power = turbine.rated_rotor_speed, turbine.rated_power
     watch = View(Watch, Watch.zeros(criterion=len(CRITERIA)))

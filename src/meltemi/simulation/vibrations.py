@@ -93,7 +93,7 @@ def finite(*arrays: Float) -> None:
     """Raise InputError where derivatives about the equilibrium are not finite."""
     if not all(np.all(np.isfinite(array)) for array in arrays):
         raise InputError(
-            "natural modes: no equilibrium at rest was found. Second-order displacements are not valid for very high "
+            "natural modes: there is no equilibrium at rest. Second-order displacements are not valid for very high "
             "modes: use fewer modes (options)"
         )
 

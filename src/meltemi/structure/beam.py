@@ -128,7 +128,7 @@ def section_mass(m: Float, centre: Float, inertia: Float) -> Float:
     Args:
       m: (S,) [kg/m] mass per length.
       centre: (S, 3) [m] centre of mass from the reference axis.
-      inertia: (S, 3) [kg m] about x, y, z through the centre of mass.
+      inertia: (S, 3) [kg m] inertia about x, y, z through the centre of mass.
     """
     M = np.zeros((len(m), 6, 6))
     M[:, :3, :3] = m[:, None, None] * np.eye(3)

@@ -1,7 +1,7 @@
 """The chain of bodies from the ground to the blades, by Kane's method: motion, equations and their solution.
 
 Bodies in their order: tower with what it stands on, nacelle, shaft with hub and generator, and the blades, which meet
-at the rotor apex. Each has a file of its own with its motion, equations, implicit terms and loads; this one calls them.
+at the rotor apex. Each has a separate file with its motion, equations, implicit terms and loads; this one calls them.
 For each coordinate r the generalised active and inertia forces balance:
 
     sum_bodies  T_r . (F - m a) + W_r . (M - dH/dt) = 0

@@ -1,4 +1,4 @@
-"""From the data of a gearbox to the arrays of ``structure.gears``: a torsional chain, reduced by Craig and Bampton.
+"""Arrays of ``structure.gears`` from the data of a gearbox: a torsional chain, reduced by Craig and Bampton.
 
 Angles of all parts are relative to the nacelle. The ends, rotor and generator, are coordinates of the turbine; the
 parts between them have the static motion due to the ends, and modes with both ends fixed.
@@ -33,7 +33,8 @@ class GearTrain:
         carrier.
       speed: (N,) [-] speed in rigid motion over that of the rotor, negative if opposite to it; 0 for a ring.
       springs: names of the springs, from the rotor on.
-      deflection: (E, N) [m or rad] of a spring for unit angles of the bodies; positive when the rotor drives.
+      deflection: (E, N) [m or rad] deflection of a spring for unit angles of the bodies; positive when the rotor
+        drives.
       stiffness: (E,) [N/m or N m/rad] stiffness of each spring.
       number: (E,) number of equal springs in parallel: planets.
     """
@@ -57,7 +58,7 @@ class ReducedTrain:
     """The drivetrain reduced to rotation of nacelle and generator, torsion, and modes (S-52 to S-54).
 
     Attributes:
-      inertia: (3, 3) [kg m^2] for rotation of the nacelle about the shaft, generator, torsion.
+      inertia: (3, 3) [kg m^2] inertia matrix of the nacelle's rotation about the shaft, generator, torsion.
       frequency: (K,) [rad/s] frequencies of the modes with both ends fixed.
       modal_inertia: [kg m^2] inertia of each mode.
       coupling: (3, K) [kg m^2] coupling of the modes and these three.

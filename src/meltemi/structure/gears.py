@@ -47,7 +47,7 @@ def mode_resistance(dt: float, w: float, z: float) -> float:
 
 @kernel
 def restoring(m: Structure, k: int) -> float:
-    """[rad/s^2] acceleration of a mode from its own spring and damper."""
+    """[rad/s^2] acceleration of a mode by its spring and damper."""
     w, z = m.gear_modes.frequency[k], m.gear_modes.damping[k]
     return -w * (2.0 * z * m.gears.rate[k] + w * m.gears.angle[k])
 

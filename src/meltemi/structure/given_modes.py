@@ -57,7 +57,7 @@ def _modes(
     """Modes from polynomials: bending curvature phi'' along a direction that rotates with the section.
 
     Args:
-      directions: for each kind the coefficients of x^2, x^3, ... over the span, the stiffness at the
+      directions: by kind the coefficients of x^2, x^3, ... over the span, the stiffness at the
         stations, and the direction's x and y components there.
     """
     names: list[str] = []

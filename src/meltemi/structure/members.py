@@ -1,6 +1,6 @@
 """Blade and tower as modal members, from section data to the arrays of the kernels.
 
-In the order of the file: a member is made of the sections of a description (``blade_beam``, ``tower_beam``), finite
+In the order of the file, a member consists of the sections of a description (``blade_beam``, ``tower_beam``), finite
 elements between the nodes of its layout, their natural modes or given ones (``given_modes.py``), and their damping. The
 elements are those of ``beam.py``. NumPy and SciPy. A missing stiffness (torsion, stretch, shear) counts as rigid.
 """
@@ -287,7 +287,7 @@ def pick_modes(modes: Modes, mesh: Mesh, wanted: dict[str, tuple[int, int]]) -> 
     for name, (component, count) in wanted.items():
         candidates = np.flatnonzero(kind == component)[:count]
         if len(candidates) < count:
-            raise UnsupportedError(f"only {len(candidates)} {name} modes were found, {count} are requested")
+            raise UnsupportedError(f"only {len(candidates)} {name} modes exist, {count} are requested")
         which += candidates.tolist()
         names += [f"{ordinal(i + 1)} {name}" for i in range(count)]
     picked = modes.pick(which)

@@ -40,7 +40,7 @@ class Base(Table):
     position: Vec = xyz("m", "position of the tower's base")
     velocity: Vec = xyz("m/s", "velocity of the tower's base")
     acceleration: Vec = xyz("m/s^2", "known acceleration of the tower's base")
-    orientation: Rot = matrix("-", "of the base")
+    orientation: Rot = matrix("-", "orientation of the base")
     spin: Vec = xyz("rad/s", "angular velocity")
     spin_rate: Vec = xyz("rad/s^2", "angular acceleration, known part")
 
@@ -193,7 +193,7 @@ def add_to_base(m: MovingBase, mass: float, centre: Vec, inertia: Sym, F: Vec, N
     """Add a rigid body that moves with the base, with its weight, to the equations of the base's motions (W-7).
 
     Args:
-      mass, centre, inertia: [kg], [m] from the tower's base, [kg m^2] about the centre of mass; axes of the base.
+      mass, centre, inertia: mass [kg], centre [m] from the tower base, inertia [kg m^2] about it; axes of the base.
       F, N: [N] other forces and [N m] their moment about the centre of mass, inertial axes.
     """
     base, columns, first = m.base, m.base_columns, base_row(m)

@@ -28,11 +28,11 @@ from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
 Norm = Literal["l2", "linf"]
-"""Of what the limit is one: of the size of tilt and yaw part together, or of each."""
+"""Norm that is limited: of the tilt and yaw part together (l2), or of each of them (linf)."""
 ESTIMATE = 2.0
 """[rad/s] corner with which the moment follows the pitch demand, as in the published code."""
 NOTCH_DAMPING = 0.2
-"""Of the notch at three times the rotor speed, where 2P and 4P of the blades appear in tilt and yaw."""
+"""Damping ratio of the notch at three times the rotor speed, where 2P and 4P of the blades appear in tilt and yaw."""
 NONE, FULL = "none", "full"
 """Names of no and of full individual pitch control."""
 
@@ -40,7 +40,7 @@ NONE, FULL = "none", "full"
 class Constraint(Table, title="output constraint"):
     """Settings and state in front of those of the load controller."""
 
-    limit: float = number("N m", "of the moment at 1P")
+    limit: float = number("N m", "limit of the moment at 1P")
     together: float = number("-", "1: of both components together, 0: of each")
     real: float = number("N m/rad", "plant at 1P, real part")
     imaginary: float = number("N m/rad", "plant at 1P, imaginary part")

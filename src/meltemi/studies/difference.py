@@ -68,7 +68,7 @@ class ResultDifferences(Brief):
       first, second: the results on the same instants, with the compared channels in the same columns.
       channels: differences by channel.
       only_first, only_second: names of channels that the other result does not have.
-      notes: adjustments made for the comparison.
+      notes: adjustments for the comparison.
     """
 
     first: Result
@@ -79,7 +79,7 @@ class ResultDifferences(Brief):
     notes: tuple[str, ...]
 
     def facts(self) -> dict[str, str]:
-        """Number of channels, and adjustments made for the comparison."""
+        """Number of channels, and adjustments for the comparison."""
         facts = {"channels": str(len(self.channels))}
         for name in ("only_first", "only_second", "notes"):
             if words := getattr(self, name):
@@ -225,7 +225,7 @@ def _interpolated(time: Float, known: Float, x: Float, wrap: bool) -> Float:
 
 
 def gaps(channel: Channel, x: Float, y: Float) -> Float:
-    """x minus y; for angles along the shorter arc."""
+    """Difference x - y; for angles along the shorter arc."""
     return (x - y + np.pi) % (2.0 * np.pi) - np.pi if channel.wrap else x - y
 
 

@@ -61,8 +61,8 @@ class IcingEffects(Brief):
       power: (n,) [W] electrical power in steady wind, by variant.
       frequencies: [Hz] natural frequencies of the clean and of the iced blade at rest, by mode.
       load_speeds: (m,) [m/s] mean wind speed of turbulent simulations.
-      loads: by variant and channel, (m, seeds) equivalent loads [N or N m].
-      first: by variant and channel, (m, seeds) 1P amplitudes [N or N m].
+      loads: (m, seeds) [N or N m] equivalent loads by variant and channel.
+      first: (m, seeds) [N or N m] 1P amplitudes by variant and channel.
     """
 
     turbine: str

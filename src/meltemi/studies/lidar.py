@@ -39,7 +39,7 @@ class Lidar(Record):
     kind: Literal["pulsed", "continuous"] = "pulsed"
     """Pulsed, with the same probe length at all ranges; or continuous-wave, focused at each range."""
     beams: tuple[tuple[float, float], ...] = ((0.26, 0.0), (0.0, 0.26), (-0.26, 0.0), (0.0, -0.26))
-    """(azimuth, elevation) [rad] of each beam from the upwind direction of the level shaft: positive to the left
+    """Azimuth and elevation [rad] of each beam from the upwind direction of the level shaft: positive to the left
     looking downwind, and up."""
     ranges: tuple[float, ...] = (50.0, 80.0, 110.0, 140.0, 170.0, 200.0)
     """[m] distances along each beam from the lidar."""

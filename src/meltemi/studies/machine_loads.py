@@ -60,7 +60,7 @@ CHANNELS = (
     *("yaw_force_x", "yaw_force_y", "yaw_force_z", "yaw_moment_x", "yaw_moment_y", "yaw_moment_z"),
     *("tower_base_moment_fore_aft", "tower_base_moment_side_side", "root_moment_flap_1"),
 )
-"""That these need."""
+"""Channels that these loads need."""
 
 
 def extreme(result: Result, name: str) -> float:

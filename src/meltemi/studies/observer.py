@@ -235,25 +235,18 @@ class Observer(Brief):
         return replace(estimate, result=replace(estimate.result, meta=meta))
 
     def _estimate(self, signals: Signals, meta: dict[str, Any], samples: int, seed: int) -> Estimate:
-        u, measured, azimuth = signals.inputs, signals.sensors, signals.azimuth
-        T, p = len(signals.time), len(self.output_names)
-        y, speeds, schedule, gaps = np.zeros((T, p)), np.zeros(T), np.zeros(T), np.zeros((T, len(SENSORS)))
-        now = self.start(self.guess(float(measured[0, 0]), float(u[0, 0]), float(u[0, 1])))
-        for i in range(T):
-            expected = now.predicted(u[i])
-            y[i] = now.step(u[i], measured[i])
-            speeds[i], schedule[i] = now.wind_speed, now.schedule
-            gaps[i] = measured[i] - expected
+        """The estimate from signals whose missing sensors this observer does not use."""
+        y, speeds, schedule, gaps = self._filtered(signals)
         near = self._nearest(schedule)
         gaps /= np.sqrt(np.stack([np.diag(S) for S in self.innovation]))[near]
         channels, places = self._channels()
-        mix = _mixing(self.output_names, azimuth, places)
+        mix = _mixing(self.output_names, signals.azimuth, places)
         data = np.column_stack([speeds, mix(y)])
         errors = np.stack([c @ P @ c.T for c, P in zip(self.C, self.covariance, strict=True)])
         deviation = np.column_stack(
             [
                 np.sqrt(self.covariance[near, self.wind_place, self.wind_place]),
-                _deviations(self.output_names, errors[near], azimuth, places),
+                _deviations(self.output_names, errors[near], signals.azimuth, places),
             ]
         )
         estimated = Result(signals.time, data, channels, meta=meta)
@@ -264,6 +257,19 @@ class Observer(Brief):
             replace(estimated, data=data + np.column_stack([wind, mix(wrong)])) for wind, wrong in draws
         )
         return Estimate(estimated, deviation, gaps, realisations)
+
+    def _filtered(self, signals: Signals) -> tuple[Float, Float, Float, Float]:
+        """(T, p) outputs, (T,) wind speed, (T,) scheduling wind speed, and (T, s) measured minus predicted sensors."""
+        u, measured = signals.inputs, signals.sensors
+        T, p = len(signals.time), len(self.output_names)
+        y, speeds, schedule, gaps = np.zeros((T, p)), np.zeros(T), np.zeros(T), np.zeros((T, len(SENSORS)))
+        now = self.start(self.guess(float(measured[0, 0]), float(u[0, 0]), float(u[0, 1])))
+        for i in range(T):
+            expected = now.predicted(u[i])
+            y[i] = now.step(u[i], measured[i])
+            speeds[i], schedule[i] = now.wind_speed, now.schedule
+            gaps[i] = measured[i] - expected
+        return y, speeds, schedule, gaps
 
     def _drawn_error(
         self, near: NDArray[np.intp], roots: Sequence[Float], chance: np.random.Generator
@@ -445,8 +451,7 @@ def observer(
     if not 0.0 < spacing <= 5.0:
         raise InputError(f"observer: spacing must be above 0 and at most 5 m/s, found {spacing!r}")
     turbulence, noise = turbulence or ExpectedTurbulence(), noise or SensorNoise()
-    turbine = model.turbine
-    turbine = turbine.replace(**{"pitch_actuator.kind": "ideal"})
+    turbine = model.turbine.replace(**{"pitch_actuator.kind": "ideal"})
     plain = build(turbine, model.options, model.environment)
     rated = turbine.control.pitch.reference_speed
     R = np.diag([(noise.speed * rated) ** 2, noise.acceleration**2, noise.acceleration**2])
@@ -455,11 +460,7 @@ def observer(
     for i, speed in enumerate(speeds):
         if progress is not None:
             progress(i / len(speeds))
-        wind = SteadyWind(speed=float(speed), shear_exponent=shear_exponent)
-        inputs = (*INPUTS, "wind_speed", "vertical_shear", "horizontal_shear")
-        outputs = (*SENSORS, *TOWER, *(f"{name}_1" for name in BLADE))
-        linear = linearise(plain, operating_point(plain, wind), inputs, outputs, azimuths=AZIMUTHS)
-        linear = condensed(linear, np.array([" inflow " in name or " stall " in name for name in linear.states]))
+        linear = _linear_model(plain, SteadyWind(speed=float(speed), shear_exponent=shear_exponent))
         try:
             parts.append(_design(linear, turbine, turbulence, R))
         except np.linalg.LinAlgError as error:
@@ -473,43 +474,67 @@ def observer(
     return Observer(wind_speed=speeds, R=R, states=states, output_names=linear.outputs, model=model, **arrays)
 
 
+def _linear_model(model: Model[Any], wind: SteadyWind) -> LinearModel:
+    """Linear model about steady operation in a wind, with wake and stall in equilibrium."""
+    inputs = (*INPUTS, "wind_speed", "vertical_shear", "horizontal_shear")
+    outputs = (*SENSORS, *TOWER, *(f"{name}_1" for name in BLADE))
+    linear = linearise(model, operating_point(model, wind), inputs, outputs, azimuths=AZIMUTHS)
+    return condensed(linear, np.array([" inflow " in name or " stall " in name for name in linear.states]))
+
+
 ARRAYS = ("centre", "A", "B", "K", "C", "D", "inputs", "outputs", "covariance", "innovation", "Q")
-"""What :func:`_design` gives, as attributes of :class:`Observer`."""
+"""Results of :func:`_design`, as attributes of :class:`Observer`."""
 
 
 def _design(linear: LinearModel, turbine: AnyTurbine, turbulence: ExpectedTurbulence, R: Float) -> tuple[Float, ...]:
     """Discrete model, gain and covariances at one wind speed (O-1 to O-10)."""
     speed, omega = float(linear.u0[2]), linear.point.rotor_speed
     n, m = len(linear.states), len(INPUTS)
-    variance, times = turbulence.harmonics(speed, turbine.hub_height, turbine.rotor_radius)
+    scale = _wind_scale(linear, speed)
+    mix, F, q = _wind_model(*turbulence.harmonics(speed, turbine.hub_height, turbine.rotor_radius), omega)
+    h = len(q)
+    A = np.block([[linear.A, linear.B[:, m:] @ scale @ mix], [np.zeros((h, n)), F]])
+    B = np.vstack([linear.B[:, :m], np.zeros((h, m))])
+    C = np.hstack([linear.C, linear.D[:, m:] @ scale @ mix])
+    Ad, Bd, Q = discrete(A, B, np.diag([*np.zeros(n), *q]), STEP)
+    K, P, S = stationary(Ad, C[: len(SENSORS)], Q, R)
+    centre = np.concatenate([linear.x0, [speed], np.zeros(h - 1)])
+    return centre, Ad, Bd, K, C, linear.D[:, :m], linear.u0[:m], linear.y0, P, S, Q
+
+
+def _wind_scale(linear: LinearModel, speed: float) -> Float:
+    """(3, 3) wind speed and shears from collective, cosine and sine component of the wind at the blades [m/s]."""
     # a shear of 1 changes the wind by V r / D; the harmonics are averages weighted with r^2, for which r is 3 R / 4
     shear = 1.0 / (speed * 3.0 / 8.0)
-    Bw, Dw = linear.B[:, m:], linear.D[:, m:]
     # the sine component is the wind on the side of the downward moving blade 1: its moment has the sign of the sine
     gain = linear.response([1e-3j])[0].real
     row = linear.outputs.index("root_moment_out_of_plane_sine")
-    side = np.sign(gain[row, m + 2]) or 1.0
-    # columns: collective, cosine, sine of the wind at the blades
-    scale = np.diag([1.0, shear, side * shear])
-    Bw, Dw = Bw @ scale, Dw @ scale
+    side = np.sign(gain[row, len(INPUTS) + 2]) or 1.0
+    return np.diag([1.0, shear, side * shear])
+
+
+def _wind_model(variance: Float, times: Float, omega: float) -> tuple[Float, Float, Float]:
+    """Model of the wind at the blades in the fixed frame (O-3, O-4).
+
+    Args:
+      variance, times: variances [m^2/s^2] and time constants [s] of the harmonics 0 to 4.
+      omega: [rad/s] rotor speed.
+
+    Returns:
+      (3, h) collective, cosine and sine component from the states, (h, h) dynamics of the states, and (h,) intensity
+      of their white noise.
+    """
     h = 1 + 2 * len(HARMONICS)
-    mix, F = np.zeros((3, h)), np.zeros((h, h))
+    mix, F, q = np.zeros((3, h)), np.zeros((h, h)), np.zeros(h)
     mix[0, 0] = 1.0
     mix[1, 1] = mix[2, 2] = 1.0  # first harmonic: constant in the fixed frame
     mix[1, 3], mix[2, 4] = 1.0, 1.0  # second and fourth: three times the rotor frequency
     mix[0, 5] = 1.0
     mix[1, 7], mix[2, 8] = 1.0, -1.0
-    q = np.zeros(h)
     q[0] = 2.0 * variance[0] / times[0]
     for i, k in enumerate(HARMONICS, 1):
         a = slice(2 * i - 1, 2 * i + 1)
         turn = 0.0 if k == 1 else 3.0 * omega
         F[a, a] = [[-1.0 / times[k], -turn], [turn, -1.0 / times[k]]]
         q[a] = 2.0 * variance[k] / times[k]
-    A = np.block([[linear.A, Bw @ mix], [np.zeros((h, n)), F]])
-    B = np.vstack([linear.B[:, :m], np.zeros((h, m))])
-    C = np.hstack([linear.C, Dw @ mix])
-    Ad, Bd, Q = discrete(A, B, np.diag([*np.zeros(n), *q]), STEP)
-    K, P, S = stationary(Ad, C[: len(SENSORS)], Q, R)
-    centre = np.concatenate([linear.x0, [speed], np.zeros(h - 1)])
-    return centre, Ad, Bd, K, C, linear.D[:, :m], linear.u0[:m], linear.y0, P, S, Q
+    return mix, F, q

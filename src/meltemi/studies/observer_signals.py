@@ -14,13 +14,13 @@ from meltemi.turbine.power_turbine import AnyTurbine
 Float = NDArray[np.float64]
 
 STEP = 0.04
-"""[s] of the filter: 25 Hz."""
+"""[s] time step of the filter: 25 Hz."""
 INPUTS = ("generator_torque", "pitch")
 """Signals that are known inputs of the model."""
 SENSORS = ("generator_speed", "tower_top_acceleration_x", "tower_top_acceleration_y")
 """Signals that correct the estimate."""
 LONGEST = 0.1
-"""[s] between samples; where they are further apart, the sensors are not used."""
+"""[s] longest interval between samples for which sensors are used."""
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ Float = NDArray[np.float64]
 YAWS = tuple(np.radians(np.arange(-180.0, 181.0, 10.0)).tolist())
 PITCHES = tuple(np.radians([0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0]).tolist())
 AZIMUTHS = (0.0, np.pi / 3.0)
-"""[rad] of blade 1: up, and with another blade down."""
+"""[rad] azimuths of blade 1: up, and with another blade down."""
 STORM = SteadyWind(speed=50.0, shear_exponent=0.11)
 """Steady extreme wind of class I, IEC 61400-1."""
 

@@ -24,7 +24,7 @@ Float = NDArray[np.float64]
 FREQUENCY = 1.0
 """[rad/s] corner of the low-pass filter: eddies of higher frequencies are smaller than the rotor."""
 BEAM_RADIUS = 0.7
-"""Of the beams of a lidar, over the rotor's."""
+"""Radius of the beams of a lidar over the rotor radius."""
 SPACING = 1.0
 """[m/s] wind speed step of the pitch table."""
 

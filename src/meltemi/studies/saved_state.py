@@ -43,7 +43,7 @@ VECTORS = "signals aero_states measured velocity acceleration clock controller_s
 REMEDIES = {
     "turbine_hash": "it was saved with another turbine",
     "model_hash": "it was saved with other options or air",
-    "wind_hash": "it was saved in another wind; one that is made for the duration of the run, such as turbulence, "
+    "wind_hash": "it was saved in another wind; one that is generated for the duration of the run, such as turbulence, "
     "depends on it: give the whole duration from the beginning, and stop before its end (--until)",
     "sea": "it was saved in another sea",
     "grid": "it was saved with another grid",
@@ -81,7 +81,7 @@ def save_state(simulation: Simulation, path: str | Path) -> Path:
         raise InputError(f"{path}: the run has failed and cannot be continued: {simulation.message}")
     if case.controller.close is not None:
         raise InputError(
-            f"{path}: the controller {case.controller.name!r} keeps its state in a process of its own, which cannot be "
+            f"{path}: the controller {case.controller.name!r} keeps its state in a separate process, which cannot be "
             "saved; compiled controllers and plain functions of the state vector can"
         )
     if len(case.parts) > len(simulation.model.parts) + (simulation.sea is not None):

@@ -12,9 +12,9 @@ from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.simulation.result import Result
 
 BEARING_SLOPE = 3.0
-"""Of the life of a ball bearing over its load (ISO 281); here over the range of an oscillation."""
+"""Exponent of the life of a ball bearing over its load (ISO 281), here over the range of an oscillation."""
 MOVES = radians(0.1)
-"""[rad/s] from which a servo counts as moving."""
+"""[rad/s] rate above which a servo counts as moving."""
 YEAR = 365.25 * 86400.0
 
 

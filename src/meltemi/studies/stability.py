@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 TO_RPM = 30.0 / math.pi
 LEAST = "least damped blade mode"
 MOST_DAMPING = 12.0
-"""[%] to which the panel of damping reaches; flap modes lie above."""
+"""[%] upper limit of the panel of damping; flap modes lie above."""
 
 
 def limit_text(diagram: Flutter) -> str:

@@ -41,9 +41,9 @@ from meltemi.turbine.definition import Turbine
 Float = NDArray[np.float64]
 DAY, HOUR = 86400.0, 3600.0
 YEAR = 365.0 * DAY
-"""[s]."""
+"""[s] seconds of a year."""
 QUARTER = 91.25
-"""[days] of a part."""
+"""[days] length of a part."""
 WEATHER, DRIFT = 8.0 * HOUR, 24.0 * HOUR
 """[s] time scales of mean speed and mean direction."""
 MEANDER, MEANDER_TIME = 0.6, 1200.0
@@ -55,10 +55,13 @@ FRONTS = (0, 50, 200)
 COSINE = 2.0
 """Power goes with this power of the cosine of the yaw error below rated."""
 DOWN_TIME = 600.0
-"""[s] from the stop of a turbine to production again, if the error allows."""
+"""[s] time from the stop of a turbine to production, if the yaw error permits."""
 WINDOW = 30
-"""[s] of the mean wind."""
-STRATEGIES = {"S3": 0, "S1": 1, "S2": 2}
+"""[s] averaging time of the mean wind."""
+IGNORE, STOP, DERATE = range(3)
+STRATEGIES = {"S3": IGNORE, "S1": STOP, "S2": DERATE}
+PRODUCING, DERATED, DOWN, IGNORING = range(4)
+"""States of a turbine."""
 
 
 @dataclass(frozen=True)
@@ -149,14 +152,14 @@ def uniform(count: int, stream: int, seed: int) -> float:
 
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
-def course(x: float, time: float, number: float) -> float:
+def next_value(x: float, time: float, number: float) -> float:
     """Next value, after 1 s, of a Gaussian process with unit variance and exponential autocorrelation of a time [s]."""
     a = math.exp(-1.0 / time)
     return a * x + math.sqrt(1.0 - a * a) * number
 
 
 @njit(nogil=True)  # type: ignore[untyped-decorator]
-def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
+def simulate_year(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
     seconds: int,
     seed: int,
     fronts: float,
@@ -178,7 +181,7 @@ def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
 
     Args:
       fronts: rate of fronts per second.
-      strategy: 0 ignore, 1 stop, 2 derate and recheck.
+      strategy: ``IGNORE``, ``STOP``, or ``DERATE`` and recheck.
       base: law and base points of the threshold.
       yaw: settings of the yaw control.
       measured_now: present measurements of the sensors.
@@ -187,16 +190,16 @@ def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
     ring = np.full(WINDOW, mean_wind)
     mean, drift, along, across, meander = 0.0, 0.0, 0.0, 0.0, 0.0
     turned, turning, turn_left, rise, rising = 0.0, 0.0, 0.0, 0.0, 0.0
-    nacelle, state, timer = 0.0, 0, 0.0
+    nacelle, state, timer = 0.0, PRODUCING, 0.0
     total = WINDOW * mean_wind
     for k in range(seconds):
-        mean = course(mean, WEATHER, normal(k, 0, seed))
-        drift = course(drift, DRIFT, normal(k, 1, seed))
+        mean = next_value(mean, WEATHER, normal(k, 0, seed))
+        drift = next_value(drift, DRIFT, normal(k, 1, seed))
         share = 0.5 * math.erfc(mean / math.sqrt(2.0))
         speed = max(mean_wind * math.sqrt(-4.0 / math.pi * math.log(max(share, 1e-12))), 0.3)
-        along = course(along, LENGTH_U / speed, normal(k, 2, seed))
-        across = course(across, LENGTH_V / speed, normal(k, 3, seed))
-        meander = course(meander, MEANDER_TIME, normal(k, 4, seed))
+        along = next_value(along, LENGTH_U / speed, normal(k, 2, seed))
+        across = next_value(across, LENGTH_V / speed, normal(k, 3, seed))
+        meander = next_value(meander, MEANDER_TIME, normal(k, 4, seed))
         if turn_left <= 0.0 and uniform(k, 5, seed) < fronts:
             turn_left = 10.0 + 50.0 * uniform(k, 6, seed)
             size = math.radians(30.0 + 90.0 * uniform(k, 7, seed))
@@ -223,31 +226,31 @@ def live(  # noqa: PLR0913, PLR0915 - a year in one kernel: no records, no calls
         power = 0.0
         if curve_speed[0] <= wind <= cut_out:
             power = np.interp(wind * facing ** (COSINE / 3.0), curve_speed, curve_power) if facing > 0.0 else 0.0
-        producing = total / WINDOW >= curve_speed[0]
-        if state == 0 and over and producing:
+        has_wind = total / WINDOW >= curve_speed[0]
+        if state == PRODUCING and over and has_wind:
             totals[1] += 1.0
-            if strategy == 1:
-                state, timer = 2, 0.0
+            if strategy == STOP:
+                state, timer = DOWN, 0.0
                 totals[3] += 1.0
-            elif strategy == 2:
-                state, timer = 1, 0.0
+            elif strategy == DERATE:
+                state, timer = DERATED, 0.0
                 totals[2] += 1.0
             else:
-                state = 3
-        elif state == 3 and not over:
-            state = 0
-        elif state == 1:
+                state = IGNORING
+        elif state == IGNORING and not over:
+            state = PRODUCING
+        elif state == DERATED:
             timer += 1.0
             power = min(power, power_limit)
             if timer >= recheck:
-                state, timer = (2 if over else 0), 0.0
+                state, timer = (DOWN if over else PRODUCING), 0.0
                 totals[3] += 1.0 if over else 0.0
-        elif state == 2:
+        elif state == DOWN:
             timer += 1.0
             power = 0.0
             totals[4] += 1.0
             if timer >= DOWN_TIME and not over:
-                state = 0
+                state = PRODUCING
         totals[0] += power
 
 
@@ -285,7 +288,7 @@ def a_year(
     def one(number: int, seed: int, name: str) -> Float:
         kind, base = kinds[name]
         values = np.zeros(5)
-        live(
+        simulate_year(
             round(days * DAY),
             seed,
             number / YEAR,

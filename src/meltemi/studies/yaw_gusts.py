@@ -43,13 +43,13 @@ INTENSITY = 0.10
 FAST = ModelOptions(blade_nodes=10, yaw="driven")
 """Half the usual nodes: extremes of these runs change by some percent, the order of strategies does not."""
 DOWN = 600.0
-"""[s] from the stop of a turbine to production again: wait, yaw, start-up."""
+"""[s] time from the stop of a turbine to production: wait, yaw, start-up."""
 LENGTH, BEGIN = 150.0, 20.0
-"""[s] of a run, by default, and begin of its gust."""
+"""[s] default duration of a run, and begin of its gust."""
 WIND = ["speed", "rise", "change", "time", "sign", "seed"]
 """Columns of the results that identify a wind."""
 STOP_RATE = 0.1
-"""[rad/s] of the pitch in stops, 5.7 deg/s, where the actuator has it; Wang et al. (2021) give none."""
+"""[rad/s] pitch rate of stops, 5.7 deg/s, where the actuator permits it; Wang et al. (2021) give none."""
 
 
 def with_yaw_rate(turbine: Turbine, rate: float) -> Turbine:

@@ -42,15 +42,15 @@ BasePoints = tuple[Float, Float]
 Key = tuple[str, float, float, int]
 """Model of the turbulence, wind speed [m/s], yaw error [rad] and seed of a run."""
 TIP, CLEARANCE = "tip clearance", "tip_clearance_1"
-"""What is judged beside the loads, and its channel: the distance of the tip from the yaw axis."""
+"""Name of the judged tip clearance and its channel: the distance of the tip from the yaw axis."""
 UNITS: Mapping[str, str] = {name: load.unit for name, load in LOADS.items()} | {TIP: "m"}
-"""Of what is judged: without limits of the user all of it."""
+"""Units of the judged quantities; without limits of the user all of them are judged."""
 ERRORS = tuple(np.radians((0.0, 15.0, 30.0, 45.0, 60.0, 75.0)))
 """[rad], of either sign."""
 DEAD_BAND = YawControl().dead_band
 """[rad] yaw error in extreme turbulence, of either sign."""
 ALLOWANCE = 1.1
-"""Of the limit over the largest load found in extreme turbulence: few seeds of minutes stand for hours."""
+"""Limit over the largest load in extreme turbulence: a few seeds of some minutes represent hours."""
 LEAD, LENGTH = 30.0, 150.0
 """[s] not judged, and judged, of a run."""
 N_SPEEDS = 7

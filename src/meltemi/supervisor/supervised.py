@@ -130,9 +130,9 @@ class Call(NamedTuple):
     """One call of the controller.
 
     Attributes:
-      speed: [rad/s] of the generator, by its own sensor, or by that of the rotor where that gives no number.
-      twin: [rad/s] of the generator, by the sensor of the rotor.
-      blades: number.
+      speed: [rad/s] generator speed by its sensor, or by that of the rotor where this gives no number.
+      twin: [rad/s] generator speed by the sensor of the rotor.
+      blades: number of blades.
       dt: [s] since the last call.
     """
 
@@ -165,9 +165,9 @@ M_TORQUE, M_PITCH, M_RATE, M_BRAKE, M_YAW = range(t.MODES.shape[1])
 REQUEST_START, REQUEST_STOP, REQUEST_EMERGENCY = map(REQUESTS.index, ("start", "normal_stop", "emergency_stop"))
 N_CONDITIONS, N_YAW = len(t.CONDITIONS), t.YAW_CONDITIONS
 NEVER = 1e30
-"""In the place of an infinite limit."""
+"""Number in place of an infinite limit."""
 AHEAD = 5.0
-"""[s] of the start's acceleration by which the reference may be ahead of the speed."""
+"""[s] longest lead of the reference over the speed during a start, in time of its acceleration."""
 
 
 @kernel
@@ -328,7 +328,7 @@ def approach(value: float, target: float, step: float) -> float:
 
 @kernel
 def set_point(x: SupervisedState, call: Call) -> None:
-    """Set-points of the power for operator and yaw protection, each with its own rate (C-65)."""
+    """Set-points of the power for operator and yaw protection, with separate rates (C-65)."""
     supervisor, law = x.supervisor, x.load.collective
     rated = supervisor.rated_power
     wanted = min(rated, max(call.measured.power_limit, 0.0) / supervisor.efficiency)

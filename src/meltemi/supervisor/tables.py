@@ -131,7 +131,7 @@ below_power       | region            | below | 2.5              | region_time  
 feathered         | feathered         | above | feathered        | 0            | no
 slow              | speed             | below | idle_speed       | 0            | no
 """
-"""name, quantity, sense, limit, hold, latches."""
+"""Columns: name, quantity, sense, limit, hold, latches."""
 
 _WORDS = """
 yaw_exceeded      | yaw error {value:.1f} deg above {limit:.1f} deg

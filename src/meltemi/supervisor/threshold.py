@@ -30,11 +30,11 @@ class YawProtection(Record):
     """Settings of the yaw protection; the numbers are those of Wang et al. (2021)."""
 
     law: Literal["stepwise", "interpolated"] = "interpolated"
-    """How the threshold depends on the mean wind between base points."""
+    """Dependence of the threshold on the mean wind between base points."""
     wind_speeds: Vector = Field(default_factory=lambda: np.array([0.0, 5.0, 10.0, 35.0]))
-    """(n,) [m/s] of the base points, increasing; n >= 2."""
+    """(n,) [m/s] mean wind speeds of the base points, increasing; n >= 2."""
     thresholds: Vector = Field(default_factory=lambda: np.radians([60.0, 60.0, 45.0, 30.0]))
-    """(n,) [rad] at the base points, not increasing."""
+    """(n,) [rad] thresholds at the base points, not increasing."""
     window: float = Field(default=30.0, gt=0.0, le=3600.0)
     """[s] averaging time of the wind."""
     filter_time: float = Field(default=1.0, ge=0.0)

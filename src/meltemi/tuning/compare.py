@@ -125,7 +125,7 @@ class Comparison(Brief):
         return Card("Comparison", f"{len(self.schemes)} control schemes in the same wind fields", facts, sections)
 
     def values(self, quantity: str, scheme: str, window: str = WHOLE) -> Float:
-        """(seeds,) a quantity in SI."""
+        """(seeds,) values of a quantity in SI."""
         return np.array([run.numbers[window][quantity] for run in self.runs[scheme]])
 
     def table(self, window: str = WHOLE, *, confidence: float = 0.95) -> EnsembleTable:
@@ -203,7 +203,7 @@ def compare(  # noqa: PLR0913 - options of a study, each with a default
       model: model of the turbine, with all actuators that a controller moves.
       controllers: controllers by name, or functions from a wind to a controller; the first is the reference of changes.
       winds: one for each seed.
-      duration: [s] of each run.
+      duration: [s] duration of each run.
       transient: [s] initial transient, excluded from the evaluation.
       windows: [s] further evaluated parts, by name.
       grid: grid with a power reference that all controllers follow.

@@ -30,7 +30,7 @@ from meltemi.core.fingerprint import fingerprint
 from meltemi.core.private import signed, user_key, verified
 from meltemi.core.stores import code_identity, keep_bytes
 from meltemi.loadcases.batch import Batch
-from meltemi.loadcases.store import Outcome, made, reduced
+from meltemi.loadcases.store import Outcome, reduced, with_model_and_wind
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
@@ -128,7 +128,7 @@ class RunStore:
             if data is not None:
                 status, message, value = pickle.loads(data)
                 return Outcome(name, status, message, value, reused=True)
-        return made(case)
+        return with_model_and_wind(case)
 
     def keep(self, name: str, result: Result, reduce: Callable[[Any], Any] | None) -> Any:
         """Store the value of a run that reached its end; the study continues if the disk is full."""
@@ -284,7 +284,7 @@ def resumed(
 
 
 def _input(value: Any) -> Any:
-    """What identifies an argument of a case by its content; None for what has no reproducible hash."""
+    """Identity of an argument of a case by its content; None without a reproducible hash."""
     if isinstance(value, Controller):
         # what depends on a library or another process may count its starts
         return value.name, value.sample_time, fingerprint(value) if value.fresh is None else None

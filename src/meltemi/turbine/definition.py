@@ -3,8 +3,8 @@
 Frames, signs and azimuth zero are defined in ``docs/conventions.md``. In short: x points downwind,
 z up or from the blade root to its tip, y completes the right-handed set; blade pitch and twist are
 positive towards feather (nose into the wind); tilt lifts the upwind end of the shaft; cone leans the
-blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton, watt. One module,
-in the order of a turbine file, so that the description of a turbine can be read at once.
+blades upwind. Units are SI throughout: metre, kilogram, second, radian, newton, watt. All records are in one module,
+in the order of a turbine file.
 """
 
 from __future__ import annotations
@@ -71,13 +71,13 @@ class Airfoil(Record):
     dynamic_stall: bool = True
     """False for sections without lift, e.g. cylinders: the static polar is used."""
     zero_lift_angle: float | None = Field(default=None, gt=-1.0, lt=1.0)
-    """[rad; 0.002 to 0.2] as stated by the source, if any; used by OpenFAST's fit for dynamic stall only."""
+    """[rad; 0.002 to 0.2] zero-lift angle that the source states; only used by OpenFAST's fit for dynamic stall."""
     zero_lift_drag: float | None = Field(default=None, ge=0.0)
     """Drag coefficient at the zero-lift angle [-; 0.002 to 1]."""
     relative_thickness: float | None = Field(default=None, gt=0.0, le=1.0)
     """Thickness over chord; needed for rain only, and only if the airfoil's name does not contain it (`DU40`)."""
     source: str = ""
-    """Where the numbers come from."""
+    """Source of the numbers."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -126,9 +126,9 @@ class DampingTime(Record):
     flap: float = Field(ge=0.0, lt=1.0)
     """[s; 3e-4 to 0.01 at 100 m] damping over stiffness in bending along the flap direction."""
     edge: float = Field(ge=0.0, lt=1.0)
-    """[s; 3e-4 to 0.01 at 100 m] in bending along the edge direction."""
+    """[s; 3e-4 to 0.01 at 100 m] damping over stiffness in bending along the edge direction."""
     torsion: float = Field(default=0.0, ge=0.0, lt=1.0)
-    """[s; 5e-5 to 0.02 at 100 m] in torsion."""
+    """[s; 5e-5 to 0.02 at 100 m] damping over stiffness in torsion."""
 
 
 class BladeAerodynamics(Record):
@@ -139,7 +139,7 @@ class BladeAerodynamics(Record):
     chord: Vector
     """(S,) [m; 1.5 to 8 at 100 m] chord."""
     twist: Vector
-    """(S,) [rad; 0.05 to 0.6] positive towards feather."""
+    """(S,) [rad; 0.05 to 0.6] twist, positive towards feather."""
     airfoil: tuple[str, ...]
     """(S,) names of entries in ``Turbine.airfoils``; polars are interpolated between stations."""
     centre_x: Vector | None = None
@@ -147,8 +147,8 @@ class BladeAerodynamics(Record):
     centre_y: Vector | None = None
     """(S,) [m; 0.05 to 1.5 at 100 m] aerodynamic centre from the pitch axis, to the trailing edge at zero pitch."""
     cant: Vector | None = None
-    """(S,) [rad; 0.02 to 0.8] by which the undeformed section leans from the normal of the pitch axis, its tip side
-    downwind at zero pitch (negative if prebent upwind); without it the section stands normal to the beam's axis."""
+    """(S,) [rad; 0.02 to 0.8] angle of the undeformed section against the plane normal to the pitch axis, its tip side
+    downwind at zero pitch (negative if prebent upwind); by default sections are normal to the beam's axis."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -171,17 +171,17 @@ class BladeStructure(Record):
     position: Vector
     """(S,) [m; 40 to 50 at 100 m] distance from the blade root along the pitch axis; first 0, last the blade length."""
     twist: Vector
-    """(S,) [rad; 0.05 to 0.6] of the section's principal axes, positive towards feather."""
+    """(S,) [rad; 0.05 to 0.6] twist of the section's principal axes, positive towards feather."""
     mass: Vector | None = None
     """(S,) [kg/m; 150 to 3000 at 100 m] mass per length."""
     flap_stiffness: Vector | None = None
-    """(S,) [N m^2; 3e9 to 3e10 at 100 m] bending in the flap direction (about y)."""
+    """(S,) [N m^2; 3e9 to 3e10 at 100 m] bending stiffness in the flap direction (about y)."""
     edge_stiffness: Vector | None = None
-    """(S,) [N m^2; 3e9 to 3e10 at 100 m] bending in the edge direction (about x)."""
+    """(S,) [N m^2; 3e9 to 3e10 at 100 m] bending stiffness in the edge direction (about x)."""
     torsion_stiffness: Vector | None = None
-    """(S,) [N m^2; 5e8 to 1e10 at 100 m]; without it the blade is rigid in torsion."""
+    """(S,) [N m^2; 5e8 to 1e10 at 100 m] torsional stiffness; without it the blade is rigid in torsion."""
     axial_stiffness: Vector | None = None
-    """(S,) [N; 2e9 to 2e10 at 100 m]; without it the blade is rigid axially."""
+    """(S,) [N; 2e9 to 2e10 at 100 m] axial stiffness; without it the blade is rigid axially."""
     flap_inertia: Vector | None = None
     """(S,) [kg m; 50 to 2000 at 100 m] rotary inertia about y."""
     edge_inertia: Vector | None = None
@@ -203,7 +203,7 @@ class BladeStructure(Record):
     damping: Damping | None = None
     """Structural damping of the isolated, clamped blade."""
     damping_time: DampingTime | None = None
-    """Instead of ``damping``: stiffness-proportional damping."""
+    """Stiffness-proportional damping, instead of ``damping``."""
     mode_shapes: ModeShapes | None = None
 
     @model_validator(mode="after")
@@ -291,7 +291,7 @@ class Flap(Record):
     maximum: float = Field(ge=0.0)
     """[rad; 0.02 to 0.6] limit of the deflection."""
     rate: float = Field(gt=0.0)
-    """[rad/s; 0.05 to 20] limit."""
+    """[rad/s; 0.05 to 20] limit of the rate of deflection."""
     frequency: float | None = Field(default=None, gt=0.0)
     """[rad/s; 1 to 500] natural frequency of the actuator; without it the flap follows its demand without delay."""
     damping: float = Field(default=0.7, gt=0.0)
@@ -341,15 +341,15 @@ class Hub(Record):
     """Hub and rotor geometry."""
 
     radius: float = Field(gt=0.0)
-    """[m; 0.7 to 3 at 100 m] rotor apex to blade root, along the blade."""
+    """[m; 0.7 to 3 at 100 m] distance from the rotor apex to the blade root along the blade."""
     precone: float = Field(default=0.0, gt=-0.6, lt=0.6)
-    """[rad; 0.005 to 0.3] blades lean upwind when positive."""
+    """[rad; 0.005 to 0.3] precone; blades lean upwind when positive."""
     mass: float = Field(ge=0.0)
     """[kg; 2.5e3 to 1.2e5 at 100 m] mass."""
     inertia: float = Field(ge=0.0)
-    """[kg m^2; 4e3 to 2e5 at 100 m] about the shaft."""
+    """[kg m^2; 4e3 to 2e5 at 100 m] inertia about the shaft."""
     mass_centre: float = 0.0
-    """[m; 0.05 to 2 at 100 m] along the shaft from the rotor apex, downwind when positive."""
+    """[m; 0.05 to 2 at 100 m] centre of mass along the shaft from the rotor apex, downwind when positive."""
     source: str = ""
 
 
@@ -359,19 +359,19 @@ class Nacelle(Record):
     mass: float = Field(ge=0.0)
     """[kg; 2e4 to 7e5 at 100 m] mass."""
     mass_centre: tuple[float, float, float]
-    """[m; 0.4 to 5 at 100 m] x downwind, y left looking downwind, z up."""
+    """[m; 0.4 to 5 at 100 m] centre of mass: x downwind, y left looking downwind, z up."""
     yaw_inertia: float = Field(ge=0.0)
-    """[kg m^2; 5e4 to 2e7 at 100 m] about the yaw axis, including its mass."""
+    """[kg m^2; 5e4 to 2e7 at 100 m] inertia about the yaw axis, with that of the mass at its centre."""
     roll_inertia: float = Field(default=0.0, ge=0.0)
-    """[kg m^2; 1e4 to 2e6 at 100 m] about the downwind axis through its centre of mass."""
+    """[kg m^2; 1e4 to 2e6 at 100 m] inertia about the downwind axis through the centre of mass."""
     nod_inertia: float = Field(default=0.0, ge=0.0)
-    """[kg m^2; 1e4 to 2e7 at 100 m] about the lateral axis through its centre of mass."""
+    """[kg m^2; 1e4 to 2e7 at 100 m] inertia about the lateral axis through the centre of mass."""
     overhang: float
-    """[m; 2.2 to 9 at 100 m] from the yaw axis to the rotor apex along the shaft; positive for an upwind rotor."""
+    """[m; 2.2 to 9 at 100 m] distance from yaw axis to rotor apex along the shaft; positive for an upwind rotor."""
     shaft_height: float = Field(ge=0.0)
-    """[m; 0.7 to 6 at 100 m] of the point where shaft and yaw axis meet, above the tower top."""
+    """[m; 0.7 to 6 at 100 m] height of the intersection of shaft and yaw axis above the tower top."""
     tilt: float = Field(default=0.0, gt=-0.6, lt=0.6)
-    """[rad; 0.034 to 0.2] of the shaft; the upwind end is up when positive."""
+    """[rad; 0.034 to 0.2] tilt of the shaft; the upwind end is up when positive."""
     source: str = ""
 
     @model_validator(mode="after")
@@ -390,17 +390,17 @@ class Drivetrain(Record):
     gear_ratio: float = Field(gt=0.0)
     """Generator speed over rotor speed [-; 1 to 250]; 1 for a direct drive."""
     generator_inertia: float = Field(gt=0.0)
-    """[kg m^2] on the generator's shaft."""
+    """[kg m^2] inertia of the generator about its shaft."""
     stiffness: float = Field(gt=0.0)
     """[N m/rad] torsional stiffness of the drivetrain, referred to the rotor."""
     damping: float = Field(ge=0.0)
-    """[N m s/rad] of the same."""
+    """[N m s/rad] torsional damping of the drivetrain, referred to the rotor."""
     generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
     """Electrical over mechanical power [-; 0.75 to 1]."""
     gearbox_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
-    """[-; 0.8 to 1] power on the high-speed side over power on the low-speed side."""
+    """Power on the high-speed side over power on the low-speed side [-; 0.8 to 1]."""
     brake_torque: float = Field(default=0.0, ge=0.0)
-    """[N m] of the fully applied brake, on the generator's shaft."""
+    """[N m] torque of the fully applied brake on the generator's shaft."""
     gearbox: Gearbox | None = None
     """Stages of the gearbox, for ``options.drivetrain`` other than ``two_mass``; ``stiffness`` remains that of the
     whole drivetrain, and the main shaft has the stiffness that gives this total."""
@@ -431,22 +431,22 @@ class YawDrive(Record):
     """Yaw drive."""
 
     rate: float = Field(default=0.0052, ge=0.0, lt=0.2)
-    """[rad/s; 0.002 to 0.1] of the yaw drive."""
+    """[rad/s; 0.002 to 0.1] yaw rate."""
     acceleration: float | None = Field(default=None, gt=0.0)
-    """[rad/s^2; 1e-4 to 0.1] of the yaw drive; without it the rate is reached instantly."""
+    """[rad/s^2; 1e-4 to 0.1] yaw acceleration; without it the drive reaches its rate instantly."""
 
 
 class Yaw(YawDrive):
     """Yaw bearing, its drive and its brake."""
 
     stiffness: float = Field(gt=0.0)
-    """[N m/rad; 3e7 to 1e10 at 100 m] of the locked bearing."""
+    """[N m/rad; 3e7 to 1e10 at 100 m] stiffness of the locked bearing."""
     damping: float = Field(ge=0.0)
-    """[N m s/rad; 3e4 to 2e7 at 100 m] of the locked bearing."""
+    """[N m s/rad; 3e4 to 2e7 at 100 m] damping of the locked bearing."""
     friction: float = Field(default=0.0, ge=0.0)
     """[N m; 1e4 to 5e6 at 100 m] Coulomb friction of the bearing."""
     brake_torque: float | None = Field(default=None, ge=0.0)
-    """[N m; 1e5 to 2e7 at 100 m] at which drive and brake slip at standstill, besides friction; by default never."""
+    """[N m; 1e5 to 2e7 at 100 m] slip torque of drive and brake at standstill, besides friction; by default none."""
     source: str = ""
 
 
@@ -454,27 +454,27 @@ class Tower(Record):
     """Tower, at stations above its base."""
 
     position: Vector
-    """(S,) [m; 40 to 300 at 100 m] above the tower base; first 0, last the tower top."""
+    """(S,) [m; 40 to 300 at 100 m] height above the tower base; first 0, last the tower top."""
     mass: Vector
     """(S,) [kg/m; 800 to 2e4 at 100 m] mass per length."""
     fore_aft_stiffness: Vector
-    """(S,) [N m^2; 3e10 to 4e12 at 100 m]."""
+    """(S,) [N m^2; 3e10 to 4e12 at 100 m] bending stiffness fore-aft."""
     side_side_stiffness: Vector
-    """(S,) [N m^2; 3e10 to 4e12 at 100 m]."""
+    """(S,) [N m^2; 3e10 to 4e12 at 100 m] bending stiffness side-to-side."""
     torsion_stiffness: Vector | None = None
-    """(S,) [N m^2]; without it the tower is rigid in torsion."""
+    """(S,) [N m^2] torsional stiffness; without it the tower is rigid in torsion."""
     axial_stiffness: Vector | None = None
-    """(S,) [N]; without it the tower is rigid axially."""
+    """(S,) [N] axial stiffness; without it the tower is rigid axially."""
     shear_stiffness: Vector | None = None
-    """(S,) [N] of the section (k G A); without it the tower is rigid in shear."""
+    """(S,) [N] shear stiffness k G A; without it the tower is rigid in shear."""
     diameter: Vector
     """(S,) [m; 1.8 to 18 at 100 m] outer diameter."""
     drag_coefficient: float = Field(default=1.0, ge=0.0)
     """Drag coefficient of the tower as a cylinder [-; 0.35 to 1.5]."""
     top_mass: float = Field(default=0.0, ge=0.0)
-    """[kg; 100 to 1e5 at 100 m] fixed to the tower top below the yaw bearing: it neither yaws nor loads the bearing."""
+    """[kg; 100 to 1e5 at 100 m] mass at the tower top below the yaw bearing: it neither yaws nor loads the bearing."""
     base_height: float = 0.0
-    """[m; 1 to 30 at 100 m] of the tower base above the ground."""
+    """[m; 1 to 30 at 100 m] height of the tower base above the ground."""
     damping: Damping
     """Structural damping of the isolated tower."""
     mode_shapes: ModeShapes | None = None
@@ -503,15 +503,15 @@ class Foundation(Record):
     """
 
     stiffness: Array
-    """(6, 6) [N/m, N/rad, N m/rad] forces and moments on the ground, or on water and moorings, from motion; with
+    """(6, 6) [N/m, N/rad, N m/rad] forces and moments on the ground, or on water and moorings, per motion; with
     ``motions`` they may be zero."""
     mass: float | Array = 0.0
-    """[kg] that moves with the tower base, a point; or (6, 6) [kg, kg m, kg m^2], of a floater with added mass."""
+    """[kg] point mass that moves with the tower base; or (6, 6) [kg, kg m, kg m^2] mass of a floater and added mass."""
     damping: float | Array = 0.0
-    """[N s/m] of the translations; or (6, 6) [N s/m, N s, N m s]."""
+    """[N s/m] damping of the translations; or (6, 6) [N s/m, N s, N m s]."""
     motions: tuple[BaseMotion, ...] = ()
-    """Motions of the base that are coordinates of their own, as of a floater: surge, sway, heave, roll, pitch, yaw;
-    the others are fixed. Without any the base moves with the modes of the tower on its springs."""
+    """Motions of the base that are degrees of freedom, as for a floater: surge, sway, heave, roll, pitch, yaw; the
+    others are fixed. Without any the base moves with the modes of the tower on its springs."""
     source: str = ""
 
     def matrix(self, name: Literal["stiffness", "mass", "damping"]) -> NDArray[np.float64]:
@@ -541,13 +541,13 @@ class PitchFriction(Record):
     """Dry friction of the pitch bearings: a constant, and a part in proportion to the load on the bearing."""
 
     torque: float = Field(default=0.0, ge=0.0)
-    """[N m; 100 to 3e5 at 100 m] of the unloaded bearing, seals and drive."""
+    """[N m; 100 to 3e5 at 100 m] friction torque of the unloaded bearing, seals and drive."""
     coefficient: float = Field(default=0.0, ge=0.0, lt=0.1)
     """Friction coefficient of the raceways [-; 0.001 to 0.02], 0.003 to 0.006 for ball bearings."""
     diameter: float = Field(default=0.0, ge=0.0)
-    """[m; 0.8 to 6 at 100 m] of the raceway."""
+    """[m; 0.8 to 6 at 100 m] diameter of the raceway."""
     inertia: float = Field(gt=0.0)
-    """[kg m^2; 1e3 to 1e6 at 100 m] of blade and drive about the pitch axis."""
+    """[kg m^2; 1e3 to 1e6 at 100 m] inertia of blade and drive about the pitch axis."""
 
 
 class PitchActuator(Record):
@@ -559,7 +559,7 @@ class PitchActuator(Record):
     damping_ratio: float = Field(default=0.6, gt=0.0)
     """[-; 0.3 to 2] damping ratio."""
     rate_limit: float = Field(gt=0.0, le=2.0)
-    """[rad/s; 0.02 to 5 at 100 m] of the blade."""
+    """[rad/s; 0.02 to 5 at 100 m] limit of the pitch rate."""
     minimum: float = Field(gt=-1.6, lt=1.6)
     """[rad; 0.005 to 0.4] smallest pitch."""
     maximum: float = Field(gt=-1.6, lt=3.2)
@@ -602,9 +602,9 @@ class TorqueControl(Record):
     rate_limit: float = Field(gt=0.0)
     """[N m/s] torque rate limit."""
     power_pitch: float = Field(default=0.0, ge=0.0)
-    """[rad; 0.006 to 0.2] pitch above which region 3 holds at all speeds."""
+    """[rad; 0.006 to 0.2] pitch above which region 3 applies at all speeds."""
     hold: Literal["power", "torque"] = "power"
-    """What region 3 holds: rated power, or the torque that gives rated power at the reference speed of the pitch."""
+    """Constant of region 3: rated power, or the torque that gives rated power at ``pitch.reference_speed``."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -617,23 +617,23 @@ class PitchControl(Record):
     """Gain-scheduled PI from the filtered generator speed to the collective pitch."""
 
     reference_speed: float = Field(gt=0.0)
-    """[rad/s] of the generator."""
+    """[rad/s] set-point of the generator speed."""
     proportional_gain: float = Field(ge=0.0)
-    """[s] at zero pitch: pitch [rad] from generator speed [rad/s]."""
+    """[s] proportional gain at zero pitch: pitch [rad] from generator speed [rad/s]."""
     integral_gain: float = Field(gt=0.0)
-    """[-] at zero pitch."""
+    """[-] integral gain at zero pitch."""
     gain_halving_pitch: float = Field(gt=0.0)
     """[rad; 0.01 to 0.8] pitch at which the pitch sensitivity is doubled and the gains are halved."""
     minimum: float = Field(gt=-1.6, lt=1.6)
-    """[rad; 0.005 to 0.4]."""
+    """[rad; 0.005 to 0.4] smallest pitch."""
     maximum: float = Field(gt=-1.6, lt=3.2)
-    """[rad; 0.1 to 1.7]."""
+    """[rad; 0.1 to 1.7] largest pitch demand."""
     rate_limit: float = Field(gt=0.0, le=2.0)
-    """[rad/s; 0.02 to 5 at 100 m]."""
+    """[rad/s; 0.02 to 5 at 100 m] limit of the rate of the pitch demand."""
     motion_gain: float = 0.0
-    """[rad s/m; 1e-4 to 0.5] pitch from the velocity of the tower top downwind, for floaters; 0: none."""
+    """[rad s/m; 1e-4 to 0.5] gain from the downwind velocity of the tower top to the pitch, for floaters; 0: none."""
     motion_frequency: float = Field(default=0.2, gt=0.0)
-    """[rad/s; 0.03 to 1.5 at 100 m] about which it is seen, a third to three times: that of the platform in pitch."""
+    """[rad/s; 0.03 to 1.5 at 100 m] centre of the band-pass of this velocity, that of platform pitch."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -649,7 +649,7 @@ class BaselineControl(Record):
     torque: TorqueControl
     pitch: PitchControl
     discon: str | None = None
-    """Path, relative to the turbine's file, of settings of ROSCO (DISCON.IN), which controller ``rosco`` has."""
+    """Path of ROSCO's settings (DISCON.IN) for controller ``rosco``, relative to the turbine's file."""
     source: str = ""
 
 
@@ -657,7 +657,7 @@ class Turbine(TurbineBase):
     """A horizontal-axis wind turbine on land, on a pile in the sea, or on a floating platform."""
 
     n_blades: int = Field(default=3, ge=1)
-    """2 or 3 in a simulation [-; 1 to 3]."""
+    """Number of blades [-; 1 to 3]; 2 or 3 in a simulation."""
     rated_power: float = Field(gt=0.0)
     """[W; 5e5 to 8e6 at 100 m] electrical, for tables; the controller uses ``control.torque.rated_power``."""
     cut_in: float = Field(default=3.0, gt=0.0)
@@ -673,11 +673,11 @@ class Turbine(TurbineBase):
     tower: Tower
     foundation: Foundation | None = None
     support: Support | None = None
-    """Pile in the sea below the tower; then ``foundation`` is that of its foot."""
+    """Pile in the sea below the tower; ``foundation`` is then that of its foot."""
     mass_dampers: tuple[MassDamper, ...] = ()
-    """Tuned mass dampers in tower, nacelle or blades; their mass is not part of what carries them."""
+    """Tuned mass dampers in tower, nacelle or blades, whose masses do not include them."""
     platform: Platform | None = None
-    """Floating platform below the tower; then ``foundation`` has the motions of its base."""
+    """Floating platform below the tower; ``foundation`` then has the motions of its base."""
     extensions: dict[str, Any] = Field(default={})
     """Data of parts that other packages register (entry points ``meltemi.parts``), by their names."""
     pitch_actuator: PitchActuator
@@ -685,7 +685,7 @@ class Turbine(TurbineBase):
     icing: Icing | None = None
     """Ice on the blades."""
     imbalance: Imbalance | None = None
-    """What makes the blades unequal; none by default."""
+    """Differences between the blades; none by default."""
     electrical: ElectricalSystem | None = None
     """Generator, converters and grid, for ``options.electrical: averaged``; ``size_electrical`` sizes one."""
 

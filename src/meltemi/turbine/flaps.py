@@ -11,7 +11,7 @@ import numpy as np
 from meltemi.turbine.definition import Flap, FlapIncrements, Turbine
 
 DEFLECTION = (-15.0, -10.0, -5.0, 0.0, 5.0, 10.0, 15.0)
-"""[deg]"""
+"""[deg] deflections."""
 LIFT = """
     -10 -1.188 -1.016 -0.835 -0.655 -0.485 -0.377 -0.349
      -8 -0.997 -0.812 -0.624 -0.435 -0.258 -0.136 -0.087
@@ -30,7 +30,7 @@ LIFT = """
 """Angle of attack [deg], then lift coefficients at the deflections."""
 DRAG = (0.0056, 0.0047, 0.0045, 0.0046, 0.0048, 0.0052, 0.0061)
 MOMENT = (0.0016, -0.039, -0.082, -0.124, -0.163, -0.194, -0.209)
-"""At zero angle of attack, about the quarter chord."""
+"""Moment coefficients at zero angle of attack about the quarter chord, at the deflections."""
 
 
 def naca64618_flap() -> Flap:

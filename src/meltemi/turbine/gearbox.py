@@ -27,15 +27,15 @@ class PlanetaryStage(Record):
     ratio: float = Field(gt=2.0)
     """[-; 3 to 12] speed of the sun over that of the carrier."""
     sun_radius: float = Field(gt=0.0)
-    """[m; 0.04 to 0.5 at 100 m] of the pitch circle; those of planets and ring follow from it and the ratio."""
+    """[m; 0.04 to 0.5 at 100 m] radius of the pitch circle; those of planets and ring follow from it and the ratio."""
     carrier_inertia: float = Field(ge=0.0)
-    """[kg m^2; 5 to 2000 at 100 m] of the carrier about the shaft without planets, with the input shaft."""
+    """[kg m^2; 5 to 2000 at 100 m] inertia of carrier and input shaft about the shaft, without planets."""
     planet_mass: float = Field(gt=0.0)
-    """[kg; 40 to 3000 at 100 m] of one planet."""
+    """[kg; 40 to 3000 at 100 m] mass of one planet."""
     planet_inertia: float = Field(gt=0.0)
-    """[kg m^2; 0.5 to 200 at 100 m] of one planet about its own axis."""
+    """[kg m^2; 0.5 to 200 at 100 m] inertia of one planet about its axis."""
     sun_inertia: float = Field(gt=0.0)
-    """[kg m^2; 0.05 to 20 at 100 m] of the sun with half of the output shaft."""
+    """[kg m^2; 0.05 to 20 at 100 m] inertia of the sun with half of the output shaft."""
     sun_mesh: float = Field(gt=0.0)
     """[N/m; 5e8 to 3e10 at 100 m] stiffness of the mesh of the sun with one planet, along the pitch circle: that of the
     line of action times the square of the cosine of the pressure angle."""
@@ -44,9 +44,9 @@ class PlanetaryStage(Record):
     shaft_stiffness: float = Field(gt=0.0)
     """[N m/rad; 5e5 to 2e8 at 100 m] torsional stiffness of the output shaft."""
     ring_stiffness: float | None = Field(default=None, gt=0.0)
-    """[N m/rad] torsion of the ring in the housing; without it the ring is held rigidly."""
+    """[N m/rad] torsional stiffness of the ring's support in the housing; without it the ring is fixed."""
     ring_inertia: float | None = Field(default=None, gt=0.0)
-    """[kg m^2] of a ring that is held elastically."""
+    """[kg m^2] inertia of an elastically supported ring."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -83,11 +83,11 @@ class ParallelStage(Record):
     ratio: float = Field(gt=0.0)
     """[-; 1.5 to 8] speed of the pinion over that of the wheel, without sign."""
     pinion_radius: float = Field(gt=0.0)
-    """[m; 0.03 to 0.5 at 100 m] of the pitch circle; that of the wheel is ``ratio`` times as large."""
+    """[m; 0.03 to 0.5 at 100 m] radius of the pitch circle; that of the wheel is ``ratio`` times as large."""
     wheel_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the wheel, with the input shaft."""
+    """[kg m^2] inertia of the wheel with the input shaft."""
     pinion_inertia: float = Field(gt=0.0)
-    """[kg m^2] of the pinion with half of the output shaft."""
+    """[kg m^2] inertia of the pinion with half of the output shaft."""
     mesh: float = Field(gt=0.0)
     """[N/m; 3e8 to 3e10 at 100 m] stiffness of the mesh along the pitch circle."""
     shaft_stiffness: float = Field(gt=0.0)
@@ -107,8 +107,8 @@ class Gearbox(Record):
     parallel: ParallelStage | None = None
     """A last stage with parallel shafts."""
     damping_ratio: float = Field(default=0.05, ge=0.0, le=0.3)
-    """[-; 0.005 to 0.2] of the gearbox's modes between rotor and generator held. In gear meshes 0.03 to 0.17 was
-    measured (Kasuba & Evans 1981)."""
+    """[-; 0.005 to 0.2] damping ratio of the gearbox modes with rotor and generator fixed; in gear meshes 0.03 to 0.17
+    was measured (Kasuba & Evans 1981)."""
     source: str = ""
 
     @property
@@ -158,9 +158,9 @@ MESH_PER_WIDTH = 20e9
 SHAFT_STRESS, SHAFT_LENGTH = 50e6, 4.0
 """[Pa] shear stress of solid shafts at rated torque; their length over their diameter."""
 LEAST_RATIO, PARALLEL_FROM, PARALLEL_RATIO = 3.0, 50.0, 4.0
-"""Least overall ratio; the one from which on a parallel stage is added, and its ratio."""
+"""Least overall ratio; overall ratio above which a parallel stage is added; ratio of that stage."""
 LEAST_STAGE, LARGEST_STAGE = 2.5, 7.5
-"""Ratios of planetary stages: below, planets are too small; the least number of stages is taken that stays below."""
+"""Limits of the ratio of planetary stages: the planets would be too small below; a stage is added above."""
 
 
 def size_gearbox(

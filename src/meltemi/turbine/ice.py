@@ -19,11 +19,11 @@ class Icing(Record):
     law: Literal["gl2010", "iec"] = "gl2010"
     """Mass along the span: linear to half the radius and then constant (GL 2010), or linear to the tip (IEC)."""
     mass: float | None = Field(default=None, ge=0.0, le=2000.0)
-    """[kg/m] at the tip, in place of the value of the formula."""
+    """[kg/m] ice mass per length at the tip, instead of that of the formula."""
     density: float = Field(default=700.0, gt=0.0, le=920.0)
-    """[kg/m^3] of the ice, for the law of GL."""
+    """[kg/m^3] density of the ice, for the law of GL."""
     tip_chord: float | None = Field(default=None, gt=0.0, le=20.0)
-    """[m] for the law of GL; without it the contour between 70 and 95 % of the radius, extrapolated to the tip."""
+    """[m] chord at the tip for the law of GL; by default extrapolated from 70 and 95 % of the radius."""
     lift_penalty: float = Field(default=0.2, ge=0.0, le=1.0)
     """Relative reduction of the lift coefficient at full penalty."""
     drag_penalty: float = Field(default=2.0, ge=0.0, le=20.0)

@@ -17,13 +17,13 @@ from meltemi.turbine.ice import Icing as Icing
 Float = NDArray[np.float64]
 
 REACH = {"gl2010": 0.5, "iec": 1.0}
-"""Shares of the rotor radius at which the mass has come to its value, by law."""
+"""Share of the rotor radius at which the mass reaches its largest value, by law."""
 IEC_DENSITY, IEC_PLACE = 0.125, 0.85
-"""[kg/m^3] of the law of IEC, and the share of the radius whose chord counts there."""
+"""Density [kg/m^3] of the law of IEC, and share of the rotor radius at which it evaluates the chord."""
 CONTOUR = (0.7, 0.95)
-"""Shares of the rotor radius between which the contour is extrapolated to the tip, whose rounding does not count."""
+"""Shares of the rotor radius between which the contour is extrapolated to the tip, without the rounding of the tip."""
 FULL, GONE = math.radians(20.0), math.radians(40.0)
-"""Angles of attack (either sign) up to which penalties are full, and from which they are gone: in deep stall, and when
+"""Angles of attack (either sign) up to which penalties are full, and above which they are zero: in deep stall, and when
 the flow comes from behind, the shape of the leading edge hardly matters."""
 
 

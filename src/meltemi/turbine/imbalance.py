@@ -15,7 +15,7 @@ class Imbalance(Record):
     """Deviations of single blades from the description, blade 1 first; blades that are not listed have none."""
 
     pitch: tuple[float, ...] = ()
-    """[rad] by which the pitch angle of each blade exceeds that of its encoder, which the controller sees."""
+    """[rad] pitch angle of each blade minus that of its encoder, which the controller measures."""
     mass: tuple[float, ...] = ()
     """Mass of each blade over that of the description, minus 1, evenly along the span."""
 

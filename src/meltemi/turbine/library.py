@@ -25,21 +25,21 @@ class LibraryEntry(Record):
     """Summary of a library turbine, available without loading it."""
 
     file: str
-    """File of the turbine, or of the data that its windIO file or HAWC2 model lacks."""
+    """File of the turbine, or of data in addition to its windIO file or HAWC2 model."""
     kind: Literal["aeroelastic", "power coefficient"] = "aeroelastic"
-    """Aeroelastic, or with a power coefficient."""
+    """Kind of turbine."""
     base: str | None = None
     """Library turbine that the file modifies; without it the file is complete."""
     windio: str | None = None
-    """File of the windIO package that it is read from."""
+    """File of the windIO package from which the turbine is read."""
     hawc2: str | None = None
-    """Main file of the HAWC2 model that it is read from."""
+    """Main file of the HAWC2 model from which the turbine is read."""
     rated_power: float
     """[W] electrical rated power."""
     rotor_diameter: float
     """[m] rotor diameter."""
     hub_height: float
-    """[m]."""
+    """[m] hub height."""
     source: str
     licence: str
     """Licence of the data."""

@@ -29,7 +29,7 @@ FREQUENCY = "stiffness and mass give a first frequency which over rated rotor sp
 MODULUS = "modulus over density [m^2/s^2] of a thin tube of its mass and diameter"
 TUBE = "it over that of a thin tube of the same bending stiffness"
 SLENDER = 0.05
-"""Drag coefficient below which a section is an airfoil that lifts."""
+"""Drag coefficient below which a section is a lifting airfoil."""
 
 
 def doubt(key: str, what: str, value: float, least: float, most: float) -> str:
@@ -221,8 +221,10 @@ def bending_frequency(position: ArrayLike, mass: ArrayLike, stiffness: ArrayLike
     """First bending frequency [rad/s] of a cantilever by Rayleigh's quotient, with its shape under self-weight.
 
     Args:
-      position: (n,) [m]; mass: (n,) [kg/m]; stiffness: (n,) [N m^2].
-      tip_mass: [kg] at its end.
+      position: (n,) [m] positions from the clamped end.
+      mass: (n,) [kg/m] mass per length.
+      stiffness: (n,) [N m^2] bending stiffness.
+      tip_mass: [kg] mass at the free end.
     """
     z, m, k = (np.asarray(x, dtype=float) for x in (position, mass, stiffness))
     force = cumulative(m, z)

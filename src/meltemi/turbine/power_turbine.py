@@ -34,7 +34,7 @@ class HeierCoefficient(Record):
 
     C_p = s (c1 (c2 x - c3 b - c4) exp(-c5 x) + c6 l),   x = 1/(l + 0.08 b) - 0.035/(b^3 + 1)
 
-    with the pitch b in degrees, not below 0, and l the tip-speed ratio times that of the formula's own maximum over
+    with the pitch b in degrees, not below 0, and l the tip-speed ratio times that of the unscaled maximum over
     ``tip_speed_ratio``; s makes the maximum ``maximum``. The constants are those of the MathWorks Wind Turbine block.
     """
 
@@ -44,7 +44,7 @@ class HeierCoefficient(Record):
     maximum: float = Field(default=0.48, gt=0.0, le=16.0 / 27.0)
     """Maximum power coefficient [-; 0.3 to 0.5926], at most the Betz limit."""
     constants: tuple[float, float, float, float, float, float] = (0.5176, 116.0, 0.4, 5.0, 21.0, 0.0068)
-    """c1 to c6."""
+    """Constants c1 to c6."""
 
     @cached_property
     def peak(self) -> tuple[float, float]:
@@ -137,19 +137,19 @@ class Shaft(Record):
     gear_ratio: float = Field(default=1.0, gt=0.0)
     """Generator speed over rotor speed [-]; 1 for a direct drive."""
     rotor_inertia: float = Field(gt=0.0)
-    """[kg m^2; 2e6 to 1e8 at 100 m] about the shaft."""
+    """[kg m^2; 2e6 to 1e8 at 100 m] inertia of the rotor about the shaft."""
     generator_inertia: float = Field(default=0.0, ge=0.0)
-    """[kg m^2] on the generator's shaft."""
+    """[kg m^2] inertia of the generator about its shaft."""
     stiffness: float | None = Field(default=None, gt=0.0)
-    """[N m/rad] torsion; without it the shaft is rigid."""
+    """[N m/rad] torsional stiffness; without it the shaft is rigid."""
     damping: float = Field(default=0.0, ge=0.0)
-    """[N m s/rad] of the same."""
+    """[N m s/rad] torsional damping."""
     friction: float = Field(default=0.0, ge=0.0)
-    """[N m s/rad; 0.1 to 1e5 at 100 m] of the bearings."""
+    """[N m s/rad; 0.1 to 1e5 at 100 m] viscous friction of the bearings."""
     generator_efficiency: float = Field(default=1.0, gt=0.0, le=1.0)
     """Electrical over mechanical power [-; 0.75 to 1]."""
     brake_torque: float = Field(default=0.0, ge=0.0)
-    """[N m] of the fully applied brake, on the generator's shaft."""
+    """[N m] torque of the fully applied brake on the generator's shaft."""
     source: str = ""
 
     @model_validator(mode="after")
@@ -168,7 +168,7 @@ class PowerTurbine(TurbineBase):
     """A horizontal-axis wind turbine described by a power coefficient."""
 
     n_blades: int = Field(default=3, ge=2, le=3)
-    """Each has its pitch actuator; the rotor's coefficient is the mean of those at the blades' pitch angles."""
+    """Number of blades, each with a pitch actuator; the coefficient is the mean over their pitch angles."""
     rated_power: float = Field(gt=0.0)
     """[W; 5e5 to 8e6 at 100 m] electrical, for tables; the controller uses ``control.torque.rated_power``."""
     cut_in: float = Field(default=3.0, gt=0.0)
@@ -176,9 +176,9 @@ class PowerTurbine(TurbineBase):
     cut_out: float = Field(default=25.0, gt=0.0)
     """[m/s; 12 to 40] wind speed at hub height where power curves end; not used in simulations."""
     rotor_radius: float = Field(gt=0.0)
-    """[m] to which the coefficients refer."""
+    """[m] rotor radius to which the coefficients refer."""
     hub_height: float = Field(gt=0.0)
-    """[m; 50 to 300 at 100 m] above ground."""
+    """[m; 50 to 300 at 100 m] hub height above ground."""
     coefficient: Coefficient
     """Power coefficient, and thrust coefficient if a table contains it."""
     power_yaw_exponent: float = Field(default=3.0, ge=0.0, le=5.0)
@@ -215,14 +215,14 @@ class PowerTurbine(TurbineBase):
 
 
 AnyTurbine = Turbine | PowerTurbine
-"""What runs, controllers and winds take as a turbine."""
+"""Turbine of either kind, as runs, controllers and winds accept it."""
 
 
 def aeroelastic(turbine: AnyTurbine, what: str) -> Turbine:
     """Check that a turbine has blades and a tower, as required for ``what``.
 
     Raises:
-      InputError: it is a power-coefficient turbine.
+      InputError: the turbine is a power-coefficient turbine.
     """
     if isinstance(turbine, PowerTurbine):
         raise InputError(

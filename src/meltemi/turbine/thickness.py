@@ -18,7 +18,7 @@ NAMES = (
     (r"du[ _-]?([1-6]\d)(?:_A17)?", 0.01),  # of the NREL 5 MW, whose decks add the aspect ratio of 17
     (r"naca[ _-]?(?:\d{2,3}|6\d\S*[ _a-]\d)(0[4-9]|[1-4]\d)", 0.01),  # of four, five and six digits
 )
-"""Patterns of whole names with a number, and the thickness or the unit of this number."""
+"""Patterns of complete names, and the relative thickness, or the unit of the number in the name."""
 
 
 def relative_thickness(turbine: Turbine) -> NDArray[np.float64]:

@@ -9,7 +9,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.extras import BY_NAME, need
 
 WINDIO = "windIO/examples/turbine"
-"""Where the package has them."""
+"""Folder of the turbines in the package."""
 
 
 def windio_file(name: str, wanted_for: str) -> Path:

@@ -29,7 +29,7 @@ class ComparedRecord:
     """A measured record and its simulations.
 
     Attributes:
-      name: file of the record.
+      name: file and begin of the record.
       wind_speed, turbulence, air_density, shear_exponent: [m/s, -, kg/m^3, -] of the simulations.
       measured: reduced record.
       simulated: of each seed.
@@ -194,8 +194,8 @@ def prediction_half(spread: Float, count: NDArray[np.intp]) -> Float:
 
 @dataclass(frozen=True)
 class PowerBin:
-    """A bin of the power curve: normalised wind speed [m/s], records, measured and simulated power [W] with the standard
-    uncertainties of their means (category A)."""
+    """A bin of the power curve: normalised wind speed [m/s], number of records, measured and simulated power [W] with
+    the standard uncertainties of their means (category A)."""
 
     speed: float
     records: int

@@ -1,6 +1,6 @@
 """Why simulations deviate: derivatives by uncertain parameters, and a fit of these on half of the records.
 
-Reference: docs/theory/validation.md (V-21 to V-26).
+Reference: docs/theory/validation.md (V-21 to V-25).
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.threads import available_cores
 from meltemi.gradients.sensitivity import Sensitivity, sensitivity
 from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
-from meltemi.loadcases.store import made
+from meltemi.loadcases.store import with_model_and_wind
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.result import Result
@@ -39,8 +39,8 @@ PRIORS = {
     "blade_stiffness": 0.05,
     "blade_mass": 0.03,
 }
-"""Prior standard deviations: angles in rad, others relative; ``gauge_gain.CHANNEL`` has 0.03, and ``gauge_zero.CHANNEL``
-a tenth of the mean magnitude measured."""
+"""Prior standard deviations: angles in rad, others relative. That of ``gauge_gain.CHANNEL`` is 0.03, of
+``gauge_zero.CHANNEL`` a tenth of the mean magnitude measured."""
 GAUGE_GAIN, GAUGE_ZERO = 0.03, 0.1
 YAW_STEP = np.radians(2.0)
 """Of the difference for the yaw error, which no derivative of a run describes: it turns the wind."""
@@ -113,8 +113,10 @@ def linear(
         """Values (C, 3) and slopes (C, 3, P) of a record."""
         values = np.full((len(channels), len(HEADLINE)), np.nan)
         slopes = np.zeros((*values.shape, len(parameters)))
-        derived = sensitivity(made(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]])
-        sides = [of.reduced(each, result_of(made(of.run(each, 1)))) for of in beside]
+        derived = sensitivity(
+            with_model_and_wind(simulator.run(each, 1)), [PATHS[name] for name in of_model or ["pitch_offset"]]
+        )
+        sides = [of.reduced(each, result_of(with_model_and_wind(of.run(each, 1)))) for of in beside]
         for c, name in enumerate(channels):
             if name not in each.measured.values:
                 continue
@@ -234,7 +236,7 @@ def fitted(
     progress: Callable[[float], None] | None = None,
     workers: int | None = None,
 ) -> Posterior:
-    """Fit parameters by steps of Gauss and Newton (V-25).
+    """Fit parameters by steps of Gauss and Newton (V-23).
 
     Raises:
       InputError: as of :func:`linear`; or nothing of the records depends on the parameters.
@@ -243,7 +245,9 @@ def fitted(
     width = np.array([prior(name, simulator.settings, comparison) for name in parameters])
     deviation, variance = data_of(comparison, channels)
     first: Float | None = None
-    for step in range(1, MOST_STEPS + 1):
+    steps = 0
+    while True:
+        steps += 1
         now = linear(simulator.at(parameters, at), prepared, channels, parameters, workers, progress)
         first = now.values if first is None else first
         y, J = deviation + now.values - first, now.slopes
@@ -253,14 +257,14 @@ def fitted(
         data = y[some], J[some], variance[some]
         before = at
         at, covariance, evidence = posterior(*data, width, before)
-        if np.all(np.abs(at - before) <= CONVERGED * np.sqrt(np.diag(covariance))):
+        if steps == MOST_STEPS or np.all(np.abs(at - before) <= CONVERGED * np.sqrt(np.diag(covariance))):
             break
     others = [[k for k in range(len(parameters)) if k != p] for p in range(len(parameters))]
     held = [posterior(data[0] - data[1][:, p] * before[p], data[1][:, o], data[2], width[o], before[o])[2]
             for p, o in enumerate(others)]  # fmt: skip
     left = data[0] + data[1] @ (at - before)
     return Posterior(
-        tuple(parameters), width, at, covariance, evidence - np.array(held), float(np.mean(left**2 / data[2])), step
+        tuple(parameters), width, at, covariance, evidence - np.array(held), float(np.mean(left**2 / data[2])), steps
     )
 
 
@@ -274,13 +278,16 @@ def sections(
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Section]:
-    """Sections of a report: sensitivities over ``why`` records, and the fit on half of the records, judged on others."""
+    """Sections of a report: sensitivities over ``why`` records; a fit on half of the records, judged on the others."""
     compared = [each.name for each in comparison.records]
-    prepared = [simulator.prepared(each, comparison.channels) for each in records if each.file in compared]
+    prepared = [simulator.prepared(each, comparison.channels) for each in records if each.name in compared]
     if why:
         order = np.argsort([each.conditions.wind.speed for each in prepared])
         chosen = [prepared[i] for i in order[np.linspace(0, len(order) - 1, min(why, len(order))).round().astype(int)]]
-        yield Section("Why", [why_table(simulator, chosen, comparison, workers, progress)])
+        try:
+            yield Section("Why", [why_table(simulator, chosen, comparison, workers, progress)])
+        except MeltemiError as error:
+            yield Section("Why", [f"No sensitivities: {error}"])
     if parameters:
         half = [k for k in range(len(prepared)) if k % 2 == 0]
         rest = [k for k in range(len(prepared)) if k % 2 == 1]
@@ -331,8 +338,7 @@ def fit_tables(
         rows.append([name, *values, number(found.evidence[p])])
     head = ["parameter", "prior\n+/- one standard deviation", "estimate", "95 %\n+/-", "ln evidence"]
     yield Table(head, rows, f"Posterior after {found.steps} steps; misfit {found.misfit:.2f} per datum")
-    yield ("A positive logarithm of the evidence speaks for the parameter: above 3 strongly, below 0 the data do not need "
-           "it.")  # fmt: skip
+    yield "A logarithm of the evidence above 3 speaks strongly for a parameter; below 0 the data do not need it."
     yield agreement_table(headline(comparison.agreements(), comparison.channels), "Other half of the records, no fit")
     after = simulator.at(found.parameters, found.estimate)
     records, _ = simulate_records(after, [each.record for each in judged], comparison.channels, workers=workers)

@@ -9,7 +9,8 @@ Reference: docs/theory/validation.md (V-5 to V-11).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fnmatch import fnmatch
 from typing import Literal
 
 import numpy as np
@@ -22,8 +23,7 @@ from meltemi.report.tables import number
 from meltemi.reports.blocks import Table
 from meltemi.structure.members import blade_beam
 from meltemi.turbine.definition import Turbine
-from meltemi.validation.issues import moment
-from meltemi.validation.measurements import Float, MeasuredRecord
+from meltemi.validation.measurements import Float, MeasuredRecord, moment
 from meltemi.validation.selection import rated_rotor_speed
 
 GRAVITY = Environment().gravity  # [m/s^2]
@@ -192,6 +192,49 @@ def calibrate_tower(record: MeasuredRecord, turbine: Turbine) -> Calibration:
     """
     s, yaw = _together(record, TOWER, ("nacelle_yaw",))
     return calibrate(TOWER, s, tower_moments(turbine, yaw), np.floor(yaw / (2.0 * np.pi) * SECTORS), record.begin)
+
+
+def calibrations_of(
+    records: Sequence[MeasuredRecord], turbine: Turbine, idle: Sequence[str], sweeps: Sequence[str]
+) -> list[Calibration]:
+    """Calibrations of all gauges, one for each pattern of files.
+
+    Args:
+      records: all records.
+      turbine: its blades, rotor and nacelle.
+      idle: patterns of the files of one date with slow rotations at idle.
+      sweeps: patterns of the files with a yaw sweep.
+
+    Raises:
+      InputError: no file matches, or as of :func:`calibrate_roots` and :func:`calibrate_tower`.
+    """
+    result = []
+    for pattern in (*idle, *sweeps):
+        some = [record for record in records if fnmatch(record.file, pattern)]
+        if not some:
+            raise InputError(f"calibration: no record {pattern!r}; the first one is {records[0].file!r}")
+        if pattern in sweeps:
+            result.append(calibrate_tower(some[0], turbine))
+            continue
+        blades = [
+            b for b in range(1, turbine.n_blades + 1) if {FLAP.format(b), EDGE.format(b)} <= some[0].signals.keys()
+        ]
+        result += [calibrate_roots(some, turbine, b) for b in blades]
+    return result
+
+
+def in_moments(records: Sequence[MeasuredRecord], calibrations: Sequence[Calibration]) -> list[MeasuredRecord]:
+    """The records with calibrated gauges in N m, by the calibration of the nearest date."""
+    changed = []
+    for record in records:
+        signals = dict(record.signals)
+        for channels in {each.channels for each in calibrations if set(each.channels) <= signals.keys()}:
+            nearest = min((c for c in calibrations if c.channels == channels), key=lambda c: abs(c.date - record.begin))
+            moments = nearest.moments(np.stack([record[name].values for name in channels], axis=1))
+            for name, use, values in zip(channels, nearest.use, moments.T, strict=True):
+                signals[name] = replace(signals[name], values=values) if use == "all" else signals[name]
+        changed.append(replace(record, signals=signals))
+    return changed
 
 
 def _together(record: MeasuredRecord, gauges: tuple[str, str], angles: Sequence[str]) -> list[Float]:

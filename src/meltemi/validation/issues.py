@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Table
-from meltemi.validation.measurements import MeasuredRecord
-
-
-def moment(time: float) -> str:
-    """A time [s] since 1970 in UTC as text."""
-    return datetime.fromtimestamp(round(time, 3), UTC).strftime("%Y-%m-%d %H:%M:%S.%f")[:-3].removesuffix(".000")
+from meltemi.validation.measurements import MeasuredRecord, moment
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +23,11 @@ from meltemi.validation.tables_in_files import NUMBER, Columns, columns_of_frame
 
 Float = NDArray[np.float64]
 DATENUM_1970 = 719529.0  # MATLAB's day number of 1970-01-01
+
+
+def moment(time: float) -> str:
+    """A time [s] since 1970 in UTC as text."""
+    return datetime.fromtimestamp(round(time, 3), UTC).strftime("%Y-%m-%d %H:%M:%S.%f")[:-3].removesuffix(".000")
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,11 @@ class MeasuredRecord:
     length: float  # [s]
     file: str  # of the first logger, in which it begins
     signals: Mapping[str, Signal] = field(repr=False)
+
+    @property
+    def name(self) -> str:
+        """File and begin: a file may have several records."""
+        return f"{self.file} {moment(self.begin)}"
 
     def __getitem__(self, name: str) -> Signal:
         if name not in self.signals:

@@ -90,7 +90,7 @@ def plot_spectra(comparison: Comparison) -> Figure:
 
 
 def plot_operation(comparison: Comparison) -> Figure:
-    """Power curve, and azimuth averages of a load if the azimuth was measured; else power over wind speed of records."""
+    """Power curve, and azimuth averages of a load if the azimuth was measured."""
     turned = [n for n in comparison.channels if any(n in r.measured.sectors for r in comparison.records)]
     loads = [n for n in turned if "moment" in n][:1]
     figure, axes = new_figure(1, 1 + len(loads), size=(10.0, 4.0), share=False)

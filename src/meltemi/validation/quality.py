@@ -14,8 +14,8 @@ from scipy.signal import correlate, correlation_lags
 
 from meltemi.core.errors import InputError
 from meltemi.validation.channel_map import ChannelMap, Sensor, known_channel
-from meltemi.validation.issues import DataIssue, issue_of_all, moment
-from meltemi.validation.measurements import Float, MeasuredRecord, Signal, joined
+from meltemi.validation.issues import DataIssue, issue_of_all
+from meltemi.validation.measurements import Float, MeasuredRecord, Signal, joined, moment
 
 NORMAL = 1.4826  # standard deviation of a normal variable over its median absolute deviation
 WINDOW = 10.0  # [s] of the moving median

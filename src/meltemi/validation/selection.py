@@ -22,8 +22,8 @@ from meltemi.postprocess.bins import EDGES
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Table
 from meltemi.turbine.definition import Turbine
-from meltemi.validation.issues import DataIssue, moment
-from meltemi.validation.measurements import MeasuredRecord
+from meltemi.validation.issues import DataIssue
+from meltemi.validation.measurements import MeasuredRecord, moment
 
 Operation = Literal["production", "start", "stop", "idling", "parked", "fault"]
 TURBULENCE = (0.0, *(k / 100.0 for k in range(3, 31, 2)), np.inf)  # edges of bins: up to 3 %, 2 % each, above 29 %

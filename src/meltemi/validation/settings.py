@@ -26,6 +26,10 @@ class Validation(Record):
     range_only: tuple[str, ...] = ()
     """Gauges whose zero and gain are not known: standard deviation, equivalent loads and spectra are compared. Those in
     mV/V are among them."""
+    idle: tuple[str, ...] = ()
+    """Patterns of the files of one date with slow rotations at idle, by which gauges of blade roots are calibrated."""
+    yaw_sweep: tuple[str, ...] = ()
+    """Patterns of files with a yaw sweep, by which gauges of the tower base are calibrated."""
     accuracy: dict[str, float] = Field(default_factory=dict)
     """Relative standard uncertainty of a sensor by channel [-]."""
     conditions: dict[str, SiteConditions] = Field(default_factory=dict)
@@ -37,7 +41,7 @@ class Validation(Record):
     transient: float = Field(default=60.0, ge=0.0, le=3600.0)
     """[s] simulated before the record begins."""
     integration: Literal["implicit", "case"] = "implicit"
-    """``implicit`` takes longer steps than most cases ask for, see :class:`~meltemi.simulation.options.ModelOptions`."""
+    """Time integration: ``implicit`` takes longer steps than most cases ask for; or that of the case."""
     selection: SelectionRules = SelectionRules()
     """Which records are used."""
     priors: dict[str, float] = Field(default_factory=dict)

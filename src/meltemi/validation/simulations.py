@@ -22,9 +22,10 @@ from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.turbulence.conditioned import conditioned_fields
 from meltemi.turbulence.grid import WIDTH
 from meltemi.turbulence.sensors import Sensor as WindSensor
-from meltemi.validation.channel_map import ChannelMap, known_channel
+from meltemi.validation.channel_map import known_channel
 from meltemi.validation.comparison import ComparedRecord
 from meltemi.validation.conditions import RecordConditions, conditions_of, given_conditions
+from meltemi.validation.gauges import Calibration
 from meltemi.validation.measurements import MeasuredRecord, Signal
 from meltemi.validation.reduction import ReducedRecord, like, reduce_record
 from meltemi.validation.settings import Validation
@@ -145,7 +146,7 @@ class Simulator:
             controller=case_controller(self.case, model, self.folder),
             channels=tuple(dict.fromkeys((*prepared.signals, *ROTOR))),
             output_step=self.case.output_step * max(round(OUTPUT_STEP / self.case.output_step), 1),
-            name=f"{prepared.record.file}, seed {seed}",
+            name=f"{prepared.record.name}, seed {seed}",
         )
 
     def reduced(self, prepared: Prepared, result: Result) -> ReducedRecord:
@@ -187,10 +188,13 @@ def compared_channels(settings: Validation, turbine: Turbine) -> tuple[str, ...]
     return names
 
 
-def uncalibrated(channels: ChannelMap, settings: Validation) -> tuple[str, ...]:
-    """Channels of which zero and gain are not known."""
-    raw = [name for name, _, sensor in channels.sensors() if sensor.kind == "gauge" and sensor.si[0] in ("mV/V", "V")]
-    return tuple(dict.fromkeys((*settings.range_only, *raw)))
+def gauges_of(settings: Validation, calibrations: Sequence[Calibration]) -> tuple[set[str], tuple[str, ...]]:
+    """Raw gauges that are not calibrated, which cannot be compared; and those whose zero is not known."""
+    known = {name for each in calibrations for name, use in zip(each.channels, each.use, strict=True) if use == "all"}
+    raw = {
+        n for n, _, sensor in settings.channels.sensors() if sensor.kind == "gauge" and sensor.si[0] in ("mV/V", "V")
+    }
+    return raw - known, tuple(name for name in settings.range_only if name not in known)
 
 
 def simulate_records(
@@ -204,7 +208,7 @@ def simulate_records(
     """Simulate records in all seeds; finished runs of the open ``run_store`` are read.
 
     Returns:
-      The compared records, and the reasons of failed ones by file.
+      The compared records, and the reasons of failed ones by name.
 
     Raises:
       KeyboardInterrupt: Ctrl-C.
@@ -216,8 +220,8 @@ def simulate_records(
         try:
             ready.append(simulator.prepared(record, compared))
         except InputError as error:
-            failed[record.file] = str(error)
-    of_run = {f"{each.record.file}, seed {seed}": each for each in ready for seed in seeds}
+            failed[record.name] = str(error)
+    of_run = {f"{each.record.name}, seed {seed}": each for each in ready for seed in seeds}
 
     def runs() -> Iterator[Run]:
         for each in ready:
@@ -234,10 +238,11 @@ def simulate_records(
     for i, each in enumerate(ready):
         mine = values[i * len(seeds) : (i + 1) * len(seeds)]
         simulated = tuple(value for value in mine if not isinstance(value, FailedResult))
-        failed.update({each.record.file: value.why for value in mine if isinstance(value, FailedResult)})
+        if lost := [value.why for value in mine if isinstance(value, FailedResult)]:
+            failed[each.record.name] = lost[0]
         c = each.conditions
         if simulated:
             density = c.air_density or simulator.case.environment.density
             wind = c.wind.speed, c.wind.intensity, density, c.wind.shear_exponent
-            done.append(ComparedRecord(each.record.file, *wind, each.measured, simulated))
+            done.append(ComparedRecord(each.record.name, *wind, each.measured, simulated))
     return done, failed

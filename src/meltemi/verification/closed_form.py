@@ -164,7 +164,7 @@ def _rotating(turbine: Turbine) -> list[Check]:
 
 
 def _static(turbine: Turbine) -> list[Check]:
-    """Tip deflection of blades under their own weight."""
+    """Tip deflection of blades under gravity."""
     light = 2e-4  # so small a load that second-order effects vanish
     options = ModelOptions(
         flap_modes=4, edge_modes=4, torsion_modes=0, blade_nodes=40, locked=("tower", "yaw", "drivetrain", "generator")

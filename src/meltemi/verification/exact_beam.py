@@ -5,8 +5,8 @@ Reissner's beam with stretch, shear, bending and torsion under dead loads, along
     r' = R (t_0 + gamma),   R' = R kappa~,   m' = -r' x n - c,   (gamma, kappa) = K^-1 (R^T n, R^T m)
 
 where r is the position, R the rotation from the undeformed section, t_0 the undeformed tangent, n and m the internal
-force and moment in fixed axes; n follows from the loads alone. The moment at the root is found such that the one at the
-tip is that of the load (shooting). Nothing is shared with the modal blade but the section data.
+force and moment in fixed axes; n follows from the loads alone. Shooting determines the moment at the root for which
+that at the tip is the moment of the load. Nothing is shared with the modal blade but the section data.
 
 Reference: Reissner (1981), J. Appl. Math. Phys. 32; Simo & Vu-Quoc (1986), Comput. Methods Appl. Mech. Eng. 58.
 """
@@ -51,9 +51,9 @@ class Deflection:
     """Deflected beam at the stations of its description.
 
     Attributes:
-      position: (S, 3) [m] of the reference axis, in the beam's axes.
-      rotation: (S,) from the undeformed sections.
-      root_moment: (3,) [N m] of the beam on its support.
+      position: (S, 3) [m] positions of the reference axis, in the beam's axes.
+      rotation: (S,) rotations from the undeformed sections.
+      root_moment: (3,) [N m] moment of the beam on its support.
     """
 
     position: Float
@@ -71,7 +71,7 @@ def deflect(beam: Beam, loads: DeadLoads, increments: int = 4, steps: int = STEP
       steps: number of steps of the integration between two stations.
 
     Raises:
-      InputError: no root moment is found.
+      InputError: the shooting does not converge.
     """
     edges = np.diff(beam.axis, axis=0)
     lengths = np.linalg.norm(edges, axis=1)

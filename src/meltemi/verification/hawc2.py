@@ -52,7 +52,7 @@ NODES = 40
 ITERATIONS = 5
 """Torsion is ours or HAWC2's; each round leaves a quarter of what is missing."""
 NODE_GAP = 2e-5
-"""[m] between the sections on both sides of a node."""
+"""[m] distance between the sections on both sides of a node."""
 
 
 @dataclass(frozen=True)

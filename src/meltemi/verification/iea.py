@@ -22,11 +22,11 @@ LOWEST = 5.0
 FLAPWISE_DAMPING = 0.12
 """Damping ratio above which a mode is flapwise."""
 RATED = 10.9
-"""[m/s] between the last wind of the table at the smallest pitch and the first above it."""
+"""[m/s] rated wind speed, between the last wind of the table at the smallest pitch and the first above it."""
 
 
 def steady_15mw() -> CheckTable:
-    """Steady operation from 3 to 25 m/s: at the table's rotor speed and pitch, and under the turbine's own control."""
+    """Steady operation from 3 to 25 m/s: at the table's rotor speed and pitch, and under the turbine's control."""
     alone, model = rotor_alone("iea15mw"), build(load_turbine("iea15mw"), MODES)
     rows: list[Check] = []
     for r in reference_table("iea15mw_hawc2"):
@@ -35,9 +35,9 @@ def steady_15mw() -> CheckTable:
         if wind < RATED:
             rows += _loads(point_of_row(alone, r), r, case, "at the table's speed and pitch", judged)
         controlled = operating_point(model, wind)
-        rows += _loads(controlled, r, case, "own control", judged)
-        rows.append(angle("pitch, own control", case, float(pitch), controlled.pitch, 0.5 if judged else None))
-        rows.append(relative("rotor speed, own control", case, "rad/s", speed, controlled.rotor_speed))
+        rows += _loads(controlled, r, case, "controlled", judged)
+        rows.append(angle("pitch, controlled", case, float(pitch), controlled.pitch, 0.5 if judged else None))
+        rows.append(relative("rotor speed, controlled", case, "rad/s", speed, controlled.rotor_speed))
     return CheckTable("iea15mw", "IEA 15 MW, steady operation against HAWC2", source_of("iea15mw_hawc2"), rows)
 
 

@@ -1,4 +1,4 @@
-"""Known deviations: beyond their band, understood, each with its own bound.
+"""Known deviations: beyond their band, understood, each with a bound.
 
 docs/verification/index.md describes how each was established.
 """

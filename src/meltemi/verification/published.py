@@ -20,7 +20,7 @@ COLUMNS = (
     ("thrust with weight", "rotor_thrust", "N", "thrust", 1e3, "RotThrust", 3.0),
     ("torque", "rotor_torque", "N m", "torque", 1e3, "RotTorq", 3.0),
 )
-"""What, our channel, unit, column of the report, its unit, OpenFAST's channel, band."""
+"""Quantity, channel, unit, column of the report, its unit, channel of OpenFAST, band."""
 
 
 def report_steady() -> CheckTable:

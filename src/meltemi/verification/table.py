@@ -38,7 +38,7 @@ class KnownDeviation:
     Attributes:
       table, what, case: patterns (``*`` fits everything) of the rows it belongs to.
       bound: beyond it the row fails after all.
-      why: which model differs, and which is right; or that it is not explained.
+      why: explanation: the model that differs, and the model that is right; or that there is none.
     """
 
     table: str

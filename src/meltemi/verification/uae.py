@@ -209,7 +209,7 @@ def _ours() -> dict[RotationalAugmentation, dict[str, SteadyLoads]]:
 
 
 def attached() -> CheckTable:
-    """At 7 m/s, with the airfoil's polars."""
+    """Comparison at 7 m/s with the airfoil's polars."""
     rows: list[Check] = []
     ours = _ours()["none"]
     for r in reference_table("uae_performance", wind="7"):

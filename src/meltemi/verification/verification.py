@@ -54,7 +54,7 @@ def verification(
       models: folder with models of HAWC2; only the comparisons with HAWC2's and HAWCStab2's figures for them.
       progress: called with the completed fraction.
       say: called at the start with what is skipped.
-      done: called with each comparison as soon as it is made, with verdicts.
+      done: callback for each completed comparison, with verdicts.
 
     Raises:
       InputError: a folder lacks models, or ``measured`` or ``models`` is not alone.
@@ -62,7 +62,7 @@ def verification(
     kinds = {"--measured": measured, "--hawc2": models is not None}
     for name, alone in kinds.items():
         if alone and (quick or sum(kinds.values()) > 1):
-            raise InputError(f"{name} is a comparison of its own: leave out the other options")
+            raise InputError(f"{name} excludes the other options: leave them out")
     studies = uae.MEASURED if measured else QUICK if quick else FULL
     if models is not None:
         studies = hawc2.studies(models)
@@ -92,5 +92,5 @@ def compared(
 
 
 def report_of(tables: Sequence[CheckTable], measured: bool = False, models: Path | None = None) -> VerificationReport:
-    """The report of comparisons, all of them or those made before an interruption."""
+    """The report of all comparisons, or of those completed before an interruption."""
     return VerificationReport(tables, "measurements" if measured else "hawc2" if models is not None else "verification")

@@ -37,11 +37,11 @@ if TYPE_CHECKING:
 LAG = 5.0
 """[s] time constant of changes of the wind."""
 PERIOD, MADE_AT, MADE_WITH, POINTS, PLANE_STEP = 600.0, 12.0, 0.1, 15, 0.2
-"""The field repeats after 600 s at 12 m/s; intensity, points across and [s] between planes with which it is made."""
+"""Period [s] and wind speed [m/s] of the turbulent field, its intensity, points across, and plane interval [s]."""
 SEA_PERIOD = 600.0
 """[s] after which a sea repeats."""
 SAMPLE, LONGEST = 0.05, 2.0
-"""[s] between samples, and of the longest piece."""
+"""[s] interval between samples, and length of the longest piece."""
 
 
 @dataclass(frozen=True)

@@ -279,7 +279,7 @@ class Session:
     def piece(self, seconds: float) -> bytes | None:
         """The next piece of about ``seconds`` seconds in the format of the page; None if the run has ended."""
         scene = self.run.piece(min(max(round(seconds / SAMPLE), 1), MOST_PIECE))
-        more = {"run": self.number, "made": monotonic()}
+        more = {"run": self.number, "sent": monotonic()}
         return None if scene is None else packed(replace(scene, about=scene.about | more))
 
     def state(self) -> dict[str, Any]:

@@ -23,7 +23,7 @@ from meltemi.wind.fields import SteadyWind
 Float = NDArray[np.float64]
 
 STEP = 1e-3
-"""[m or rad] of the differences that make the shapes of the coordinates."""
+"""[m or rad] steps of the difference quotients for the shapes of the coordinates."""
 
 
 def modes_scene(model: Model[Any], diagram: Campbell) -> Scene:

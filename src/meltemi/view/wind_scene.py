@@ -11,11 +11,11 @@ from meltemi.wind.fields import SharedTurbulence, Wind, WindBox, WindSeries
 from meltemi.wind.turbulent import TurbulentWind
 
 POINTS, RATE, LONGEST = 15, 5.0, 600.0
-"""Of a wind alone: points along each side, [Hz] largest rate, [s] longest time that is drawn."""
+"""Limits of the scene of a wind: points along each side, rate [Hz], and time that is drawn [s]."""
 USUAL_HEIGHT, USUAL_SIZE = 90.0, 65.0
 """[m] hub height and half width at which a wind without grid is drawn."""
 USUAL_DURATION = 60.0
-"""[s] of a wind without end."""
+"""[s] shown duration of a wind without end."""
 
 
 def usual_field(wind: TurbulentWind) -> WindBox:

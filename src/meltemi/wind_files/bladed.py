@@ -33,7 +33,7 @@ GRID = struct.Struct("<3flf3f4l")  # dz, dy, dx; half the planes; speed; 3 lengt
 LENGTHS = struct.Struct("<6f")  # of v and w, if there are three components
 SIGNATURE = "summary in the layout of TurbSim, written by meltemi"
 TAIL = {7: 8, 8: 64}
-"""[bytes] at the end of the header of these types: coherence, or the input of Mann's generator."""
+"""[bytes] length of the end of the header by type: coherence, or the input of Mann's generator."""
 
 
 @dataclass(frozen=True)

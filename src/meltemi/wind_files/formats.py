@@ -58,7 +58,7 @@ FORMATS = (
 """All formats. Where several have one suffix, the first that fits the content is read, and the first that holds the
 wind is written."""
 WINDS = tuple(f for f in FORMATS if not f.no_wind)
-"""Those that :func:`read_wind` reads."""
+"""Formats that :func:`read_wind` reads."""
 
 
 def read_wind(path: str | Path, grid: Hawc2Grid | None = None) -> WindBox | WindSeries:

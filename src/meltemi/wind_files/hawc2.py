@@ -50,7 +50,7 @@ class Hawc2Grid(Record):
     profile: Literal["power", "none"] = "power"
     """Mean wind to be added: a power law, or none if the files contain it."""
     shear_exponent: float = Field(default=0.0, gt=-1.0, lt=1.0)
-    """Of the power law [-]; 0 adds the speed at every height."""
+    """Shear exponent of the power law; 0 adds the speed at every height."""
     mean_u: Vector | None = None
     """[m/s] mean of each row from the lowest up, added instead of the profile."""
     mean_v: Vector | None = None
@@ -185,7 +185,7 @@ def write_hawc2(box: WindBox, path: str | Path, box_front: Front = "last") -> li
     The files hold single-precision numbers in the order of :func:`read_hawc2`, without the mean of each component
     over time and width at each height. These means, the grid and all else are in the ``.yaml`` file, a
     :class:`Hawc2Grid`, with which the box is read back as it was. HAWC2 and InflowWind need the numbers of points,
-    the steps, the mean speed and a shear in their own input, must not scale the turbulence (``dont_scale 1``), and
+    the steps, the mean speed and a shear in their input, must not scale the turbulence (``dont_scale 1``), and
     take every box as periodic. At time 0 plane 0 is at the y of ``center_pos0``, which shall be :attr:`WindBox.lead`.
 
     Source: as for :func:`read_hawc2`.

@@ -72,7 +72,7 @@ def write_wnd(wind: WindSeries, path: str | Path) -> list[Path]:
     """Write a uniform wind file for OpenFAST (InflowWind, WindType 2).
 
     Nine columns with twelve digits; the upflow angle is zero, as it is part of the vertical speed. The reference
-    height and length are not in such a file: they are in InflowWind's own input.
+    height and length are not in such a file: they are in InflowWind's input.
 
     Source: as for :func:`read_wnd`.
 

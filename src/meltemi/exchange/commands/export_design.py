@@ -35,7 +35,7 @@ def export_linear(
 
 def export_rosco(
     turbine: TurbineArgument,
-    discon: Annotated[Path | None, "A DISCON.IN, from which one with the turbine's settings is made."] = None,
+    discon: Annotated[Path | None, "A DISCON.IN as template for one with the turbine's settings."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Export the table of rotor coefficients, and a tuned DISCON.IN, for ROSCO."""

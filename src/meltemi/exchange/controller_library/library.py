@@ -36,7 +36,7 @@ C_FUNCTIONS = frozenset(
     "ldexp lgamma log log10 log1p log2 nearbyint pow rint round sin sincos sinh sqrt tan tanh tgamma trunc memcpy "
     "memset memmove abort NRT_MemInfo_call_dtor".split()
 )
-"""What the code of a law may call; the last one, of vectors that Python owns, never is."""
+"""Functions that the code of a law may call; the last one, for vectors of Python objects, is never called."""
 ROWS = {
     "TIME_ROW": "time",
     "YAW_ROW": "yaw",

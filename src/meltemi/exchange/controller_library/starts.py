@@ -16,14 +16,14 @@ INPUTS = ("generator_speed", "pitch", "generator_torque", "wind_speed", "mean_wi
 """Quantities of an operating point, in the order of the library."""
 POLYNOMIAL, STEP, TABLE = 0, 1, 2
 POINTS = 1025
-"""Of a table over one quantity."""
+"""Number of points of a table over one quantity."""
 EXACT = 1e-11
-"""Relative difference up to which a rule counts as the controller's own."""
+"""Relative difference up to which a rule represents the controller."""
 
 
 @dataclass(frozen=True)
 class StartRule:
-    """How an entry of the state depends on a quantity of the operating point.
+    """Dependence of an entry of the state on a quantity of the operating point.
 
     Attributes:
       entry: index in the state vector; ``quantity``: index in ``INPUTS``.

@@ -59,7 +59,7 @@ class Sections:
     Attributes:
       span: (S,) [m] stations along the axis: those of the sections, and the nodes.
       given: [m] position of the last section in the file.
-      stiffness, mass: (S, 6, 6) at the stations, axes of the section.
+      stiffness, mass: (S, 6, 6) matrices at the stations, in axes of the section.
       rows: (S, 19) or, with fully populated matrices, (S, 30) rows of the st file at the stations.
     """
 

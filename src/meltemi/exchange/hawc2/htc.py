@@ -35,7 +35,7 @@ DEEPEST = 20
 LFS = "version https://git-lfs"
 """First words of a file that stands for one in the large file storage of git."""
 TAG = re.compile(r"\[[A-Za-z][^\]]*\]?|\{[{%#][^}]*\}*")
-"""Of a template, which a preprocessor fills in."""
+"""Tag of a template, which a preprocessor replaces."""
 OLDER = re.compile(r"^body(?=[12]?$|[12]?_(name|node|eulerang|eulerpar|axisangle|ini_rotvec_d1)$)")
 """Spelling of a main body in commands of earlier versions: ``body2_eulerang`` is ``mbdy2_eulerang``."""
 

@@ -35,13 +35,13 @@ Float = NDArray[np.float64]
 SECTION = np.kron(np.eye(2), np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]))
 """(6, 6) our axes of a section, x to the suction side and y to the trailing edge, from HAWC2's."""
 RIGID_TORSION = 1e13
-"""[N m/rad] of a shaft beyond which it is rigid for any turbine."""
+"""[N m/rad] torsional stiffness of a shaft above which it is rigid for any turbine."""
 OVERDAMPED = 0.99
 """Largest damping ratio of a tower: stiffer or more damped ones do not swing at all."""
 BESIDE = 0.01
-"""[m] between two definitions of a centre of mass from which a note reports it."""
+"""[m] distance between two definitions of a centre of mass above which a note reports it."""
 BOUND = 0.5
-"""Of the torsional compliance from the generator to the hub: what lies beyond turns with the hub."""
+"""Share of the torsional compliance from the generator to the hub; what lies beyond turns with the hub."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,7 +246,7 @@ def _blade(body: Body, aero: Block, path: Path, notes: Notes) -> tuple[dict[str,
     apart = turned_centres(sections.rows)[:, 2:4] - sections.rows[:, 2:4]
     away = float(np.max(np.linalg.norm(apart, axis=1)))
     if away > BESIDE:
-        why = f"from the half chord along the chord, as in the manual; HAWC2's own is up to {away:.2g} m away (S-72)"
+        why = f"from the half chord along the chord, as in the manual; that of HAWC2 is up to {away:.2g} m away (S-72)"
         notes.add("approximated", body.block.where, "centres of mass, FPM 1", why)
     if np.any(body.damping[:3]):
         notes.add("ignored", body.block.where, "damping", "the part in proportion to the mass")

@@ -25,7 +25,7 @@ from meltemi.exchange.openfast.text import number
 
 Float = NDArray[np.float64]
 COLUMNS, FULL_COLUMNS = 19, 30
-"""Of a subset in an st file: a classical beam, and fully populated matrices."""
+"""Numbers of columns of a subset in an st file: of a classical beam, and of fully populated matrices."""
 LEAST_INERTIA = 1e-6
 """Rotary inertia over mass [m^2] below which a section has none that matters."""
 

@@ -61,7 +61,7 @@ def read_airfoils(paths: Sequence[Path], columns: dict[str, int], mode: int, not
     Args:
       paths: airfoil files in the order of the AeroDyn file.
       columns: column numbers of angle, lift, drag and moment in their tables, from 1; 0 for a missing column.
-      mode: which of several tables in a file is used (``AFTabMod``): 1 the first, 2 by Reynolds number (here the first,
+      mode: choice among several tables in a file (``AFTabMod``): 1 the first, 2 by Reynolds number (here the first,
         too), 3 by ``UserProp``, which is 0 unless a controller moves flaps.
       notes: a note on every file is appended.
 

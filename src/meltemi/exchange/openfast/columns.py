@@ -20,7 +20,7 @@ MEMBERS = {
     8: f"{_ENDS} MDivSize MCoefMod|CoefMod MHstLMod PropPot",
     10: f"{_ENDS} MSecGeom MSpinOrient MDivSize MCoefMod|CoefMod MHstLMod PropPot",
 }
-"""By the place of ``PropPot``, the only True or False of the row: OpenFAST 2, 3 and 4, and 5."""
+"""Columns of OpenFAST 2, of 3 and 4, and of 5, by the index of ``PropPot``, the only True or False of the row."""
 SUB_JOINTS = "JointID JointXss JointYss JointZss"
 SUB_MEMBERS = _ENDS
 SUB_SECTIONS = "PropSetID YoungE ShearG MatDens XsecD XsecT"

@@ -13,12 +13,12 @@ from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import Notes
 
 IDEAL_RATE = math.radians(8.0)
-"""[rad/s] of a pitch drive of which the deck says nothing."""
+"""[rad/s] rate limit of a pitch drive of which the deck says nothing."""
 SLIP = 0.1
 REGION_3 = 0.99
 """Share of the rated speed at which region 3 begins (TP-500-38060)."""
 MINIMUM_TO_OPTIMAL = 1.05
-"""Where the line of region 1 1/2 meets the optimal curve, over the minimum speed that ROSCO holds."""
+"""Speed at which the line of region 1 1/2 meets the optimal curve, over the minimum speed that ROSCO holds."""
 UNUSED = 9999.0
 LEAST = 1e-3
 """Share that stands for nothing, where a record wants a number above zero."""

@@ -31,9 +31,9 @@ from meltemi.turbine.definition import BaseMotion, Turbine
 
 BladeChoice = Literal["deck", "elastodyn", "beamdyn"]
 RIGID_SHAFT = 2.0 * math.pi * 10.0
-"""[rad/s] of the generator on the shaft, where the deck has it rigid and without a stiffness."""
+"""[rad/s] natural frequency of the generator on the shaft, where the deck has a rigid shaft without stiffness."""
 LEAST_YAW_FREQUENCY = 2.0 * math.pi * 2.0
-"""[rad/s] of the nacelle on its bearing, where the deck has no spring."""
+"""[rad/s] natural frequency of the nacelle on its bearing, where the deck has no spring."""
 
 
 @dataclass(frozen=True, repr=False)

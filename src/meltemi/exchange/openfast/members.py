@@ -144,7 +144,7 @@ def read_members(file: InputFile, v: Values) -> list[dict[str, Any]]:
 def _ends(
     members: dict[str, Float], places: dict[int, Float], sections: dict[int, Float]
 ) -> dict[int, list[tuple[int, Float, float]]]:
-    """For each joint its members, the directions out of their ends, and their diameters [m]."""
+    """Members at each joint, the directions out of their ends, and their diameters [m]."""
     ends: dict[int, list[tuple[int, Float, float]]] = {joint: [] for joint in places}
     for row, (_, a, b, first, second, _) in enumerate(zip(*members.values(), strict=True)):
         out = places[int(a)] - places[int(b)]

@@ -30,7 +30,7 @@ NO_FILE = frozenset(["", "unused", "none", "unsed", "n/a", "default"])
 WORDS = NO_FILE | {"true", "false", "t", "f"}
 """Values that are words."""
 DIFFRACTS = "MCF"
-"""In the place of HydroDyn's pressure coefficients: 1, and MacCamy and Fuchs's diffraction (``ParseRAryWKywrd``)."""
+"""Keyword in place of HydroDyn's pressure coefficients: 1, and MacCamy-Fuchs diffraction (``ParseRAryWKywrd``)."""
 POSITIONAL = frozenset(["main", "ElastoDyn", "ElastoDyn tower", "BeamDyn", "BeamDyn blade", "DISCON"])
 """Modules whose files include no other ones."""
 INCLUDE = re.compile(r"""\s*@\s*(?:(\d+)\s*(-\s*\d+)?\s+in\s+)?(?:"([^"]+)"|'([^']+)'|([^"'!#%]+))""", re.IGNORECASE)
@@ -135,7 +135,7 @@ class InputFile:
 
         Args:
           entry: the line that says how many rows there are.
-          wanted: for each column its name in the header; the first one identifies the header.
+          wanted: name of each column in the header; the first one identifies the header.
           notes: a warning is appended if the table continues.
           optional: columns that may be missing and are then left out.
 
@@ -149,7 +149,7 @@ class InputFile:
         if at is None:
             raise InputError(
                 f"{self.path}: no table header with {first} below line {entry.line} ({entry.name}); "
-                "columns of this table are found by their names"
+                "columns of this table are identified by their names"
             )
         header, rows, _ = self.rows(entry, count, at, notes=notes)
         columns = [key(name) for name in header]
@@ -180,7 +180,7 @@ class InputFile:
         Args:
           entry: the line that says how many rows there are.
           layout: names of the columns in the order in which OpenFAST reads them; a bar separates spellings.
-          wanted: for each column its name in the layout.
+          wanted: name of each column in the layout.
           notes: a warning is appended if the header has another name in a column.
           after: the table follows this line; by default that of ``entry``.
           skip: lines between that line and the header.

@@ -17,14 +17,14 @@ from meltemi.exchange.report import Notes
 from meltemi.turbine.definition import Foundation
 
 STEEL_SPEED = math.sqrt(210e9 / 8500.0)
-"""[m/s] of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
+"""[m/s] speed of sound along a steel bar, with paint, bolts and flanges in its density (TP-500-38060)."""
 SHEAR_SHARE = 0.53
 """Share of the area of a thin tube that carries shear (Cowper 1966 for a Poisson ratio of 0.3)."""
 
 ADJUSTED = ("AdjTwMa", "AdjFASt", "AdjSSSt")
 """Keywords of the lines that stand before the table of the tower's sections."""
 LUMP = (*(f"centre_{axis}" for axis in "xyz"), *(f"inertia_{axis}" for axis in "RPY"))
-"""Of the platform's mass in ElastoDyn, here that of a transition piece."""
+"""Centre and inertia of the platform's mass in ElastoDyn, which here is that of a transition piece."""
 SPRINGS = ("x", "y", "z", "tx", "ty", "tz")
 """Directions in the names of SubDyn's springs: Kxx, Kxty and so on."""
 

@@ -15,7 +15,7 @@ def inflow(deck: ExportModel, notes: DeckNotes, wind: SteadyWind | str | Path, d
     """Text of the InflowWind file: steady wind, or a wind file.
 
     Args:
-      direction: [rad] by which the wind of a file is rotated.
+      direction: [rad] angle by which the wind of a file is rotated.
 
     Raises:
       InputError: another kind of wind.

@@ -13,7 +13,7 @@ from meltemi.simulation.vibrations import highest_frequency
 STEPS = (0.01, 0.00625, 0.005, 0.0025, 0.002, 0.00125, 0.001, 0.0005, 0.00025, 0.0002, 0.0001)
 """[s] time steps with few digits that divide ``OUTPUT_STEP``, as OpenFAST requires."""
 OUTPUT_STEP = 0.05
-"""[s] between outputs."""
+"""[s] interval between outputs."""
 LOOSE, TIGHT = 1, 3
 """Coupling of OpenFAST's modules: explicit; implicit, which BeamDyn and SubDyn need at any usable time step."""
 FINENESS = 0.45

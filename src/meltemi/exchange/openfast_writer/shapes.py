@@ -21,7 +21,7 @@ from meltemi.turbine.definition import BladeStructure, ModeShapes
 Float = NDArray[np.float64]
 
 POWERS = tuple(tuple(float(i == j) for i in range(5)) for j in range(5))
-"""x^2 to x^6, one in each shape."""
+"""Coefficients of x^2 to x^6, one in each shape."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Shape:
 
     Attributes:
       coefficients: coefficients of x^2 to x^6.
-      frequency: [rad/s] with this shape; that of a tower includes the tower-top mass.
+      frequency: [rad/s] natural frequency with this shape; that of a tower includes the tower-top mass.
     """
 
     coefficients: tuple[float, ...]

@@ -40,17 +40,17 @@ SAME = 1e-3
 WALL = 0.01
 """Wall over the diameter of members, which are not flooded: HydroDyn wants one."""
 SOLVER = {"kbot": 3e6, "cbot": 3e5, "dtIC": 1.0, "TmaxIC": 60.0, "CdScaleIC": 4.0, "threshIC": 0.001}
-"""Of MoorDyn: the sea bed's stiffness [Pa/m] and damping [Pa s/m], and the search for rest."""
+"""Options of MoorDyn: stiffness [Pa/m] and damping [Pa s/m] of the sea bed, and of the search for equilibrium."""
 BELOW = 0.1
-"""[m] by which a pile goes on below the bed in HydroDyn, so that its end has no pressure of the water."""
+"""[m] extension of a pile below the bed in HydroDyn, so that water pressure does not act on its end."""
 MOST_OUTPUTS = 9
 STEP_OF_LINE = 0.2
 """Time step of MoorDyn over that in which tension crosses a segment."""
 FEWEST_SEGMENTS = 30
 WIDER = 10.0
-"""[m] by which the field of waves is wider than the platform."""
+"""[m] width of the field of waves beyond the platform."""
 REACH, PLACES = 50.0, 16
-"""[m] by which it is wider for a displaced platform, and its points along either axis there."""
+"""[m] additional width for a displaced platform, and points along either axis there."""
 SAMPLE = 0.25
 """[s] time step of the waves, at most; SeaState halves it."""
 

@@ -70,7 +70,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
       options: degrees of freedom and aerodynamic models.
       environment: air density and gravity.
       wind: a steady wind (12 m/s by default), or a TurbSim file (.bts).
-      direction: [rad] by which the wind of a file is rotated, clockwise from above.
+      direction: [rad] angle by which the wind of a file is rotated, clockwise from above.
       duration: [s] simulated time.
       time_step: [s]; by default that of the options, or the one required by the highest frequency of ElastoDyn's
         degrees of freedom, at most 0.01 s; with BeamDyn and SubDyn, which are coupled implicitly, 0.01 s.

@@ -25,7 +25,7 @@ BLADE = "components.blade"
 SHAPE = f"{BLADE}.outer_shape"
 ELASTIC = f"{BLADE}.structure.elastic_properties"
 OUTBOARD = 0.3
-"""Share of the span beyond which a blade is stiffer along its chord than across it, whoever made it."""
+"""Share of the span beyond which every blade is stiffer along its chord than across it."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class ReferenceAxis:
     z: Float
 
     def at(self, grid: Float) -> tuple[Float, Float, Float]:
-        """x, y, z at other grid points."""
+        """Coordinates x, y, z at other grid points."""
         return (
             np.interp(grid, self.grid, self.x),
             np.interp(grid, self.grid, self.y),

@@ -22,11 +22,11 @@ Float = NDArray[np.float64]
 SENSITIVITY = 25.52e6 / 5.2966e6
 """[1/rad] -dP/dpitch over rated power at zero pitch of the NREL 5 MW (TP-500-38060, Table 7-1 and section 7)."""
 HALVING = 6.302336 * DEGREE
-"""[rad] of the same."""
+"""[rad] pitch at which the sensitivity of the NREL 5 MW is doubled."""
 BANDWIDTH, DAMPING = 0.6 / rpm(12.1), 0.7
-"""Frequency of the speed loop over the rated rotor speed, and its damping ratio, of the same."""
+"""Frequency of the speed loop of the NREL 5 MW over the rated rotor speed, and its damping ratio."""
 REGION_3, SLIP, POWER_PITCH = 0.99, 0.1, DEGREE
-"""Rated over reference speed, slip and [rad] pitch above the smallest where the power is held, of the same."""
+"""Rated over reference speed, slip, and pitch [rad] above the smallest for constant power, of the NREL 5 MW."""
 TORQUE = {"maximum_torque": ("control.max_gen_torque", 1.0), "rate_limit": ("control.max_torque_rate", 1.0)}
 PITCH = {"maximum": ("control.max_pitch_limit", DEGREE), "rate_limit": ("control.max_pitch_rate", DEGREE)}
 """Our keys from the paths of a windIO file, with the factor to SI units."""
@@ -40,9 +40,9 @@ def read_control(tree: Tree, rotor_inertia: float, ratio: float, generator_inert
     """Content of ``Turbine.control``, as far as available in the file.
 
     Args:
-      rotor_inertia: [kg m^2] of blades and hub about the shaft.
+      rotor_inertia: [kg m^2] inertia of blades and hub about the shaft.
       ratio: gear ratio.
-      generator_inertia: [kg m^2] about the high-speed shaft.
+      generator_inertia: [kg m^2] inertia of the generator about the high-speed shaft.
       efficiency: electrical over mechanical power.
     """
     rated, slowest = rotor_speed(tree, "rated_rotor_speed"), rotor_speed(tree, "min_rotor_speed")

@@ -22,7 +22,7 @@ BLADE, TOWER = 0.00477465, 0.01
 YAW, YAW_DAMPING = 2.0 * math.pi * 3.0 / rpm(12.1), 0.02
 """Frequency of nacelle and rotor on the yaw bearing over the rated rotor speed, and its damping ratio (section 4)."""
 NEEDED = {"hub": ("mass",), "nacelle": ("yaw_inertia", "overhang")}
-"""Of the inertia about the yaw axis, beside the blades."""
+"""Properties that the inertia about the yaw axis requires, in addition to the blades."""
 REPORT = "NREL/TP-500-38060"
 
 

@@ -15,7 +15,7 @@ from meltemi.exchange.windio.tree import Tree
 Float = NDArray[np.float64]
 
 SHEAR_FACTOR = 0.5
-"""Of a thin-walled tube: share of its area that carries shear."""
+"""Share of the area of a thin-walled tube that carries shear."""
 
 
 @dataclass(frozen=True)

@@ -226,7 +226,7 @@ def load(path: Path) -> Tree:
     components = data.get("components")
     if not isinstance(components, dict) or not isinstance(components.get("blade"), dict):
         keys = ", ".join(str(key) for key in list(data)[:6])
-        raise InputError(f"{path}: not a windIO turbine: components.blade is missing (found: {keys})")
+        raise InputError(f"{path}: not a windIO turbine: components.blade is missing, found {keys}")
     if "outer_shape_bem" in components["blade"]:
         raise InputError(f"{path}: this is windIO 1; convert it to windIO 2 with windIO.converters.windIO2windIO first")
     return Tree(data, str(path))

@@ -17,7 +17,7 @@ class Addresses:
     """Where the addresses of a function lead.
 
     Args:
-      function: whose addresses they are.
+      function: function with these addresses.
       results: the instructions of the function by the name of their result.
 
     Attributes:

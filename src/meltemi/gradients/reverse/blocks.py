@@ -27,7 +27,7 @@ class Reverse:
     Attributes:
       saved: values, and their types, that the block records.
       kept: values, their types, and the numbers of the loops that keep them.
-      left: those of loops that the block follows: it records them.
+      left: loops that the block follows, which it records.
       across: values whose adjoints pass from block to block.
     """
 

@@ -38,10 +38,10 @@ class Instruction:
       code: text after the name, without metadata.
       operands: values with their types.
       callee: callee of a call, ``@name``; empty if its address is computed.
-      sources: for a ``phi``, the predecessor of each operand.
-      element: for ``getelementptr``, the type over which it steps.
-      places: for ``insertvalue``, the indices of the member.
-      align: [bytes] that an access to memory states; 0 for none.
+      sources: predecessor of each operand of a ``phi``.
+      element: type over which ``getelementptr`` steps.
+      places: indices of the member of ``insertvalue``.
+      align: [bytes] alignment of an access to memory; 0 for none.
       invariant: whether a load is of memory that never changes.
     """
 
@@ -69,7 +69,7 @@ class Instruction:
 
     @cached_property
     def function(self) -> str:
-        """Of a call: name of a function of LLVM without its types, or of the C library; empty for others."""
+        """Name of the called function: of LLVM without its types, or of the C library; empty for other instructions."""
         if not self.callee.startswith("@llvm."):
             return self.callee[1:]
         return re.sub(r"(?:\.(?:v?\d*[fip]\d+))+$", "", self.callee[6:])

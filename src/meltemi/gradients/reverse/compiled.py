@@ -36,7 +36,7 @@ class Compiled:
       function: plain Python function for Numba, without results.
       kinds: types of its arguments: integers and functions, then records.
       arrays, wanted: see :func:`transformed`.
-      name: for the cache, if all sources of function and records are those of meltemi; otherwise their code tells.
+      name: key of the cache if all sources of function and records are those of meltemi; else their code is the key.
 
     Attributes:
       used: [bytes] memory that the code uses itself.

@@ -98,7 +98,7 @@ class Memory:
 
     @property
     def recorded(self) -> int:
-        """[bytes] on the tape."""
+        """[bytes] recorded length of the tape."""
         return int(self._end[0]) - self.tape
 
     def _moved(self, record: KernelRecord) -> Any:

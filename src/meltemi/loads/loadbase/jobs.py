@@ -255,7 +255,7 @@ class Workshop:
 
 
 def _once(known: dict[str, T], key: str, make: Callable[[], T]) -> T:
-    """The object of a key, made if there is none; the oldest one is dropped when there are many."""
+    """The object of a key, created if there is none; the oldest one is dropped when there are many."""
     if key not in known:
         if len(known) >= MOST_MODELS:
             del known[next(iter(known))]

@@ -64,7 +64,7 @@ class Storm(Record):
 
 
 def _like_speed(record: Record, speed: NDArray[np.float64], names: Sequence[str]) -> None:
-    """Refuse arrays of a record that have not one entry for each wind speed; those that are not given are left out."""
+    """Reject arrays of a record that do not have one entry for each wind speed; None is skipped."""
     for name in names:
         values = getattr(record, name)
         if values is not None and len(values) != len(speed):
@@ -223,12 +223,12 @@ class Metocean(Record):
             nearest = np.flatnonzero(s.probability > 0.0)
             inside = (s.speed == s.speed[nearest[np.abs(s.speed[nearest] - speed).argmin()]]) & (s.probability > 0.0)
         total = float(s.probability[inside].sum())
-        turned = np.zeros(len(s.speed)) if s.misalignment is None else s.misalignment
-        together: dict[tuple[float, float, float], float] = {}
+        misalignment = np.zeros(len(s.speed)) if s.misalignment is None else s.misalignment
+        shares: dict[tuple[float, float, float], float] = {}
         for i in np.flatnonzero(inside):
-            of = (float(s.height[i]), float(s.period[i]), float(turned[i]))
-            together[of] = together.get(of, 0.0) + float(s.probability[i]) / total
-        return [Waves(*of, share, name=f"h{of[0]:.6g}-t{of[1]:.6g}-m{of[2]:.6g}") for of, share in together.items()]
+            sea = (float(s.height[i]), float(s.period[i]), float(misalignment[i]))
+            shares[sea] = shares.get(sea, 0.0) + float(s.probability[i]) / total
+        return [Waves(*sea, share, name="h{:.6g}-t{:.6g}-m{:.6g}".format(*sea)) for sea, share in shares.items()]
 
 
 def _at(speed: float, speeds: NDArray[np.float64], values: NDArray[np.float64]) -> float:

@@ -87,7 +87,7 @@ def _extremes(extremes: pd.DataFrame, words: str) -> Table:
     rows: list[list[Cell]] = []
     for driver, row in extremes.iterrows():
         extreme = str(driver).split()[0]
-        loads = [Marked(x, "own") if h == extreme else x for h, x in load_cells(row, LOADS).items()]
+        loads = [Marked(x, "subject") if h == extreme else x for h, x in load_cells(row, LOADS).items()]
         angles = [f"{math.degrees(row[f'{h} angle']):.0f}" for h in LOADS[6:]]
         runs = f"{row.rule} of {row.runs}" if row.runs > 1 else str(row.rule)
         state = "" if row.state == "ok" else str(row.state)
@@ -109,7 +109,7 @@ def _by_row(d: DesignLoads, place: str) -> Table:
     rows: list[list[Cell]] = []
     for row, values in table.iterrows():
         loads = load_cells(values, drivers).items()
-        rows.append([str(row), *(Marked(x, "own") if severe[name] == row else x for name, x in loads)])
+        rows.append([str(row), *(Marked(x, "subject") if severe[name] == row else x for name, x in loads)])
     caption = f"Extreme loads by design load case, {WITH}"
     return Table(["DLC", *load_heads(drivers)], rows, caption=caption)
 

@@ -281,9 +281,9 @@ class Factors(Assumed):
     favourable: float = Field(default=0.9, gt=0.0)
     """Factor on favourable loads."""
     consequence_ultimate: tuple[float, float, float] = (0.9, 1.0, 1.2)
-    """gamma_n of component classes 1, 2, 3, ultimate loads."""
+    """Factors gamma_n of component classes 1, 2, 3 for ultimate loads."""
     consequence_fatigue: tuple[float, float, float] = (0.9, 1.0, 1.2)
-    """gamma_n of component classes 1, 2, 3, fatigue."""
+    """Factors gamma_n of component classes 1, 2, 3 for fatigue."""
     gravity: tuple[float, float] = (0.15, 0.25)
     """Factors phi of gravity loads in DLC 1.1 and in other cases: gamma_f = 1.1 + phi (1 - abs(F_gravity / F_k))^2."""
     clearance: float = Field(default=0.3, ge=0.0, lt=1.0)

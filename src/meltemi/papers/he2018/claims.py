@@ -76,13 +76,13 @@ Stated = Mapping[str, str]
 LEAST_P = 0.05
 """Two-sided probability from which one more minute of ours may be the paper's."""
 FEWEST_MINUTES = 40
-"""Below which no probability would be below ``LEAST_P``."""
+"""Number of minutes below which no probability would be below ``LEAST_P``."""
 FEW = 3
 """Minutes as far as the paper's up to which a claim is said to hold by few."""
 TABLE_1_PITCH = 17.47
-"""[deg] of NREL's report at 20 m/s."""
+"""[deg] pitch of NREL's report at 20 m/s."""
 TABLE_1_WITHIN = 0.1
-"""[deg]."""
+"""[deg] tolerance of the pitch."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class Finding:
 
 @dataclass(frozen=True)
 class Rule:
-    """How claims of a kind are judged.
+    """Judgement of claims of a kind.
 
     Attributes:
       of: gives the finding of a reading of model and wind.
@@ -120,7 +120,7 @@ class Rule:
 
 @dataclass(frozen=True)
 class RuleOfRuns:
-    """The same for claims that hinge on no reading, or on the model alone."""
+    """Rule for claims that hinge on no reading, or on the model alone."""
 
     of: Callable[[LoadControlRuns, Stated], Finding]
     tolerance: str = ""
@@ -312,7 +312,7 @@ def _flap(runs: LoadControlRuns, stated: Stated) -> Finding:
 
 
 NONE = unchecked("")
-"""Of rules whose claims cannot be checked, for the reason that ``claims.csv`` states."""
+"""Rule for claims that cannot be checked, for the reason that ``claims.csv`` states."""
 RULES: Mapping[str, Rule | RuleOfRuns] = {
     "near": Rule(_near, f"two-sided p of at least {LEAST_P:g} among the single minutes of all seeds"),
     "raised": Rule(_raised, "95 % interval of our mean over seeds, above zero"),
@@ -320,7 +320,7 @@ RULES: Mapping[str, Rule | RuleOfRuns] = {
     "travel": Rule(_travel),
     "beside": Rule(_beside),
     "falls": Rule(_falls, "95 % interval of our mean over seeds, below zero"),
-    "unnoticed": Rule(_unnoticed, "standard deviation of the reference's own value over seeds"),
+    "unnoticed": Rule(_unnoticed, "standard deviation of the reference's value over seeds"),
     "order": Rule(_order, "in every seed"),
     "peak": Rule(_peak, "no higher than midway to its neighbours"),
     "pitch": Rule(_pitch, "more than half of the variance"),
@@ -329,7 +329,7 @@ RULES: Mapping[str, Rule | RuleOfRuns] = {
     "turbine": RuleOfRuns(_turbine, f"{TABLE_1_WITHIN:g} deg"),
     "flap slope": RuleOfRuns(_flap, "none: a limit"),
 }
-"""By the column ``kind`` of ``claims.csv``."""
+"""Rules by the column ``kind`` of ``claims.csv``."""
 
 
 STATED_MYC = [rows_of("he2018", "claims.csv")[key] for key in ("1", "2", "24", "25")]

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 HIGHEST = 0.9
-"""[Hz] to which spectra are drawn: a little beyond 4P."""
+"""[Hz] upper limit of spectra: a little beyond 4P."""
 WIDTH = 7.4
-"""[in] of all figures, so that letters are legible in the text column of a page of 1200 pixels."""
+"""[in] width of all figures, so that letters are legible in the text column of a page of 1200 pixels."""
 
 
 def polars(runs: LoadControlRuns) -> Figure:
@@ -194,4 +194,4 @@ FIGURES: Mapping[str, tuple[str, Callable[[LoadControlRuns], Figure]]] = {
     "fig11_actuators": ("Pitch and flaps, first seed", actuators),
     "fig12_loads": ("Changes against CPC beside the paper's, 95 % intervals over seeds", numbers),
 }
-"""By file name: caption and what draws it."""
+"""Caption and function of each figure, by file name."""

@@ -23,7 +23,7 @@ sentence = sentences_of("he2018")
 PEAK_WIDTH = 0.04
 """[Hz] half-width in which a peak is sought: twice the resolution of the spectra."""
 EDGEWISE = (0.95, 1.3)
-"""[Hz] of the first edgewise mode."""
+"""[Hz] band of the first edgewise mode."""
 CEILINGS = {"ipc": 1, "cpfc": 2}
 """Multiples of the rotor speed up to which the ideal removal goes that a scheme is compared with."""
 PAPER_CHANGES = [
@@ -107,7 +107,7 @@ def reached(c: Comparison, scheme: str, quantity: Literal["std", "load"]) -> Mea
 
 
 def share_of_harmonics(c: Comparison) -> float:
-    """[%] of the variance of RootMyc1 with CPC in the bands of 1P and 2P."""
+    """[%] share of the variance of RootMyc1 with CPC in the bands of 1P and 2P."""
     left = np.array([1.0 + run.ceilings[1].std_change for run in c.runs["cpc"]])
     return 100.0 * (1.0 - float(np.mean(left**2)))
 

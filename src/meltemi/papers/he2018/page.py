@@ -59,7 +59,7 @@ def gains_table(runs: LoadControlRuns) -> Table:
     head = ["scheme", "loop", "k_I\nrad/(N m s)", "k_P\nrad/(N m)", "offset\ndeg", "filter\ndamping"]
     head += ["bandwidth\nrad/s", "phase margin\ndeg", "gain margin", "largest\n1/|1+L|", "factor"]
     note = "Margins over all frequencies up to half the sampling rate, smallest of all operating points."
-    return Table(head, rows, "Gains by the rule, from the turbine's own linear model", text_columns=2, note=note)
+    return Table(head, rows, "Gains by the rule, from the linear model of the turbine", text_columns=2, note=note)
 
 
 def _lead(runs: LoadControlRuns, lines: list[Claim], beside: list[Claim]) -> str:
@@ -79,7 +79,7 @@ def _lead(runs: LoadControlRuns, lines: list[Claim], beside: list[Claim]) -> str
 
 
 def _chapters(runs: LoadControlRuns, draw: Draw, *, paper: bool) -> dict[str, Section]:
-    """What does not depend on the paper's numbers; with what holds for its turbine only, if it is that."""
+    """Contents that do not depend on the paper's numbers, and for its turbine those that hold only for it."""
     divided = "Division of frequencies and the edgewise mode" if paper else "Division of frequencies"
     built = Subsection(
         "Which scheme we would build", [guarded_text(partial(beyond.verdict, runs), "Which scheme to build")]
@@ -172,6 +172,6 @@ STUDY: Study[LoadControlRuns] = Study(
     run=run_all,
     figures=FIGURES,
     contents=contents,
-    texts=("duel.md", "after.md"),
+    texts=("rosco.md", "after.md"),
     applied=of_turbine,
 )

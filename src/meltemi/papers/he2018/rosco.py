@@ -172,7 +172,7 @@ def findings(comparison: RoscoComparison) -> list[str]:
 
 def chapter(comparison: RoscoComparison) -> Section:
     """The chapter of the page."""
-    head = (Path(__file__).parent / "duel_head.md").read_text(encoding="utf-8")
+    head = (Path(__file__).parent / "rosco_head.md").read_text(encoding="utf-8")
     versions = f"rosco {version('rosco')}, meltemi {version('meltemi')}, {datetime.now(UTC):%Y-%m-%d}"
     s = comparison.setup
     last = f"*Made with {versions}; {s.transient:g} to {s.duration:g} s of seeds {', '.join(map(str, s.seeds))}.*"

@@ -114,7 +114,7 @@ PREVIEWS = (PREVIEW, "preview and ipc", BEST, *(f"{BEST}: {name}" for name in LI
 TUNING_SEEDS = (101, 102, 103)
 """Winds in which the flap loops are tuned for load; the schemes are judged in others."""
 SHARES_1P, SHARES_2P = (0.0, 0.5, 1.0), (0.3, 0.6, 1.0)
-"""Of the flap gains at 1P and 2P that are tried."""
+"""Factors on the flap gains at 1P and 2P that are tried."""
 
 
 @dataclass(frozen=True)
@@ -370,7 +370,7 @@ MODEL_PARTS = {
     "with static polars": ModelOptions(stall="static"),
     "with a quasi-steady wake": ModelOptions(inflow="quasi_steady"),
 }
-"""What the model of FAST leaves out, one by one."""
+"""Effects that the model of FAST neglects, one by one."""
 _OF_GRID = {name: partial(_of_grid, 10 * (k + 1), *wind) for k, (name, wind) in enumerate(GRID.items())}
 CALM = "no turbulence"
 STUDIES: Mapping[str, WindStudy] = {

@@ -26,7 +26,7 @@ WINDS, SPEEDS, PITCHES = (8.0, 10.0, 12.0), (0.45, 0.6, 0.75), (0.0, 4.0, 8.0)
 TAILS, FASTEST = (0.5, 2.0, 10.0), 100.0
 """[m/s] components of the rain in the direction of travel; up to where the wetted area is searched."""
 STATED_HUMIDITY = 0.2
-"""That of Figure 3 in the paper's text."""
+"""Relative humidity of Figure 3 according to the paper's text."""
 RAIN = "rain on the blades of a turbine"
 BLADES_IN_RAIN: Final = "iea22mw"
 

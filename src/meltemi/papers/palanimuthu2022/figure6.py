@@ -29,9 +29,9 @@ from meltemi.reports.blocks import Table
 
 Float = NDArray[np.float64]
 RATIO = round(paper.GAINS[-10.0] / paper.GAINS[40.0], 3)
-"""Of the gains that the paper prints, in 600 to 700 s and in 100 to 200 s."""
+"""Ratio of the gains that the paper prints, of 600 to 700 s over those of 100 to 200 s."""
 ROUNDED = 0.002
-"""By which half a unit of their last digits moves it."""
+"""Change of the ratio by half a unit of the last digits of the gains."""
 
 
 def mean_gains(steps: Steps, channel: str = "aerodynamic_power") -> Float:

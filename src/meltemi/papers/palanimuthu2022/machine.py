@@ -40,7 +40,7 @@ CURVES = (FORMULA, *FORMULAS, SINE, FIFTH, SCALED)
 """Readings of the coefficient that the paper does not give, scaled to its best point: the constants of the MathWorks
 block (M1); of Heier (1998); of variable-speed and of constant-speed turbines after Slootweg et al. (2003), IEEE Trans.
 Power Syst. 18(1); Dai and De Kooning after Saint-Drenan et al. (2020), Renew. Energy 157; Feng, Llano, Ahmed, a sine
-and a polynomial of the fifth degree after Carranza Castillo et al. (2023), Energies 16(6), 2774; the blades' own."""
+and a polynomial of the fifth degree after Carranza Castillo et al. (2023), Energies 16(6), 2774; of the blades."""
 
 
 def _table(model: str) -> TableCoefficient:

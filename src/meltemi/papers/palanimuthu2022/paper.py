@@ -18,16 +18,16 @@ POLE_PAIRS, FLUX, INDUCTANCE, RESISTANCE, VOLTAGE = 80, 93.0, 27.49e-3, 44.25e-3
 GRID_VOLTAGE, FILTER_INDUCTANCE = 6600.0, 2.1e-3
 """[V], [H] Table 1."""
 GAINS = {40.0: 58.2e3, -10.0: 71.3e3}
-"""[W] by [degC]: what the adapted law wins in Figure 6."""
+"""[W] gain of the adapted law in Figure 6 by temperature [degC]."""
 DENSITIES = {(-10.0, 0.0): 1.3408, (-10.0, 2000.0): 1.0340, (35.0, 0.0): 1.1359, (35.0, 2000.0): 0.9081}
-"""[kg/m^3] by [degC] and [m]: the four numbers of Figure 3, paired as the formulas give them."""
+"""[kg/m^3] air density by temperature [degC] and altitude [m]: the numbers of Figure 3, paired by the formulas."""
 REFERENCE = 15e6
-"""[W] of Figure 21."""
+"""[W] power reference of Figure 21."""
 DROP, RATE = 3.0, 32.0
-"""[mm] of Figure 14's caption, [mm/h] of Figures 10 to 13 (not stated: its class "rainstorm")."""
+"""Drop diameter [mm] of Figure 14's caption; rain rate [mm/h] of Figures 10 to 13 (not stated: class "rainstorm")."""
 TEMPERATURES = (40.0, 30.0, 20.0, 10.0, 0.0, -10.0)
-"""[degC] of Figure 6."""
+"""[degC] temperatures of Figure 6."""
 HUMIDITIES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-"""Of Figure 7."""
+"""Relative humidities of Figure 7."""
 ALTITUDES = (0.0, 500.0, 1000.0, 1500.0, 2000.0)
-"""[m] of Figures 3 and 5."""
+"""[m] altitudes of Figures 3 and 5."""

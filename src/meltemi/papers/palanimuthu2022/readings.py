@@ -20,9 +20,9 @@ from meltemi.papers.palanimuthu2022.runs import LARGE, PHYSICAL, SMALL
 from meltemi.reports.blocks import Table
 
 DROP = paper.DROP * 1e-3
-"""[m]."""
+"""[m] diameter of the drops."""
 Numbers = Mapping[str, Sequence[Any]]
-"""By the number of an error, what stands for the braces in ``readings.csv``."""
+"""Values of the braces in ``readings.csv``, by the number of an error."""
 
 
 class PaperError(NamedTuple):

@@ -47,7 +47,7 @@ ENOUGH = 9.6
 WEAK_END = 55.0
 """[s] time until which the wind of the ramps is 9 m/s and the rotor settled."""
 MOVES = np.radians(0.01)
-"""[rad/s] above which the pitch is moving."""
+"""[rad/s] pitch rate above which a blade is moving."""
 
 
 def run_claims(runs: PowerControlRuns, bench: ProposalComparison) -> list[Claim]:

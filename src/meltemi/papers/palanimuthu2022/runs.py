@@ -42,13 +42,13 @@ from meltemi.wind.turbulent import AnyWind
 Float = NDArray[np.float64]
 
 INTERVAL = 100.0
-"""[s] of a step in Figures 6 and 7."""
+"""[s] length of a step in Figures 6 and 7."""
 STEADY = 10.0
 """[m/s] wind of both."""
 SETTLING = 50.0
-"""[s] at the begin of Figures 20 and 21 that is not judged."""
+"""[s] initial part of Figures 20 and 21 that is not judged."""
 PHYSICAL, LARGE, SMALL = 2.93e9, 4.872e9, 4.872e6
-"""[kg m^2] readings of the inertia in Table 1: the blades' own, and the printed digits."""
+"""[kg m^2] readings of the inertia in Table 1: that of the blades, and the printed digits."""
 MIDDLE = 1e9
 """[kg m^2] no reading: with it M1 in dry air has the ratio of the two gains of Figure 6."""
 CHANNELS = (
@@ -65,7 +65,7 @@ HOT, COLD = Air(temperature=35.0, humidity=0.3), Air(temperature=15.0)
 SCHEMES = ("A0", "A1", "A2", "A3")
 ANTICIPATION = 2.0
 AHEAD = f"A2, {ANTICIPATION:g} s ahead"
-"""[s] by which our variant of A2 extrapolates the speed; its name."""
+"""[s] extrapolation time of the speed in this package's variant of A2; its name."""
 
 
 @dataclass(frozen=True)

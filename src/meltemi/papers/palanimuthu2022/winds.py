@@ -10,7 +10,7 @@ from meltemi.wind.fields import WindSeries
 from meltemi.wind.turbulent import TurbulentWind
 
 LENGTH = 600.0
-"""[s]."""
+"""[s] duration of the winds."""
 MEAN, INTENSITY = 11.0, 0.10
 """[m/s], [-] of the turbulence: it crosses rated wind again and again."""
 COURSE = (

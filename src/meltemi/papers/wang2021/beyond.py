@@ -50,9 +50,9 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 WIND_CLASS = "IIIB"
-"""Of the limits' turbulence; the turbine's class S does not say."""
+"""Class of the turbulence in which limits are evaluated; the turbine's class S does not state one."""
 LIMIT_SPEEDS = (5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 25.0)
-"""[m/s]."""
+"""[m/s] wind speeds at which limits are evaluated."""
 
 
 @dataclass(frozen=True)
@@ -84,11 +84,11 @@ def study(
     """Run limits, the grid of gusts with base points from the limits, and the year.
 
     Args:
-      turbine: which.
-      quick: a look.
-      limit_seeds: of the limits.
-      speed: [m/s] of the larger one of the grid's winds; by default that of the paper's gust.
-      workers, progress: of the runs.
+      turbine: turbine for the paper's methods.
+      quick: whether to run a small part of the study.
+      limit_seeds: seeds of the limits.
+      speed: [m/s] larger one of the grid's wind speeds; by default that of the paper's gust.
+      workers, progress: number of processes, and callback with the completed fraction.
     """
     fixed, seeds = build(turbine, FAST.replace(yaw="held")), limit_seeds[: 1 if quick else None]
     few: dict[str, Any] = {"speeds": LIMIT_SPEEDS if speed is None else None}
@@ -117,7 +117,7 @@ def site() -> WindSite:
 
 
 def rated_wind(turbine: Turbine) -> float:
-    """[m/s] at which the turbine reaches rated power."""
+    """[m/s] wind speed at which the turbine reaches rated power."""
     return float(power_curve(build(turbine, FAST.replace(yaw="held"))).speed[-1])
 
 

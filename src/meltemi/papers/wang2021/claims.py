@@ -166,7 +166,7 @@ def _power_stage(runs: YawProtectionRuns) -> list[Claim]:
 
 
 def _strategies(g: Gusts) -> list[Claim]:
-    """What each strategy does on the paper's machine, over all phases, yaw controls and directions."""
+    """Effects of each strategy on the paper's machine, over all phases, yaw controls and directions."""
 
     def over_all(of: Callable[[Gust], float]) -> Float:
         return g.over_all(of, MACHINE)
@@ -218,8 +218,9 @@ def _settings(g: Gusts) -> Iterator[tuple[str, list[GustSetting]]]:
 
 def _by_control(words: str, settings: Sequence[GustSetting], holds: Callable[[GustSetting], bool]) -> dict[str, bool]:
     """Verdicts by yaw control; one for all if they agree."""
-    found = {f"{words} with {s.average:g} s": holds(s) for s in settings}
-    return found if len(set(found.values())) > 1 else {f"{words} with every yaw control": next(iter(found.values()))}
+    verdicts = {f"{words} with {s.average:g} s": holds(s) for s in settings}
+    agree = len(set(verdicts.values())) == 1
+    return {f"{words} with every yaw control": next(iter(verdicts.values()))} if agree else verdicts
 
 
 def _halves(g: Gusts, which: Sequence[tuple[str, str]]) -> dict[str, Any]:
@@ -252,7 +253,7 @@ def _loads(g: Gusts) -> list[Claim]:
 
 
 def _of_years(g: Gusts, years: Sequence[StrategyYear]) -> list[Claim]:
-    """What derating and the interpolated threshold are worth in a year, and what the threshold is worth in the gust."""
+    """Benefit of derating and of the interpolated threshold in a year, and of the threshold in the gust."""
     fronts = sorted({y.fronts for y in years})
     more = {n: paired(years, "S2", "S1", n, lambda y: 100.0 * y.available) for n in fronts}
     stops = {n: paired(years, "S1 interpolated", "S1", n, lambda y: y.stops) for n in fronts}

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 KWH = 3.6e6
-"""[J]."""
+"""[J] one kilowatt hour."""
 STRATEGIES = ("S1", "S2", OURS, "S3")
 
 

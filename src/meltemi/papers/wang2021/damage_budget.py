@@ -41,15 +41,15 @@ from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
 SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)
-"""[m/s]."""
+"""[m/s] wind speeds of the runs."""
 LEVELS = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
 """Power limits over rated power; the first is full power."""
 SCHEMES: Mapping[str, Scheme] = {"A1": "rated_speed", "A0": "optimal_speed"}
 """Ways to limit the power; the first one's full power is the base."""
 BUDGETS = (0.9, 0.75)
-"""Of the damage at full power."""
+"""Permitted damage over that at full power."""
 WIND_CLASS, LEAD, LENGTH = "IIIB", 60.0, 300.0
-"""Of the turbulence; [s] not judged and judged of a run."""
+"""Class of the turbulence; initial transient [s] and judged time [s] of a run."""
 ALIKE, PLANNED = "one limit", "planned over the wind"
 """Kinds of plans."""
 SPENT = (TOWER_BASE, YAW_BENDING, BLADE_ROOT)
@@ -61,8 +61,8 @@ class DamageRates:
     """Power and damage rates of production.
 
     Attributes:
-      power: by scheme (speeds, levels, seeds) [W] mean power.
-      damage: by scheme and load (speeds, levels, seeds) damage rate, as L^m of the load in its unit.
+      power: (speeds, levels, seeds) [W] mean power by scheme.
+      damage: (speeds, levels, seeds) damage rate by scheme and load, as L^m of the load in its unit.
       shares: (speeds,) shares of the year.
     """
 

@@ -35,11 +35,11 @@ DRAWN = (STOP, EMERGENCY, DERATE, SLOWED, IGNORE)
 MACHINE, SLOW = "12.6 rpm", "9.9 rpm"
 """Machines in the gust: the paper's rotor speed and a slower one, with constant torque above rated."""
 SIGNS: Mapping[Sign, str] = {1: "clockwise", -1: "counter-clockwise"}
-"""Of the direction change, seen from above: the paper gives none, the standard has both."""
+"""Senses of the direction change seen from above: the paper gives none, the standard has both."""
 RATIOS = tuple((load, against) for load in (YAW_BENDING, YAW_TORSION, TOP_SHEAR) for against in (STOP, IGNORE))
 """Loads of derating, and the strategy that they are compared with."""
 MOVED = np.radians(0.2)
-"""[rad] of pitch beyond which it has begun to move."""
+"""[rad] pitch angle beyond which it has begun to move."""
 
 
 def first(result: Result, where: NDArray[np.bool_]) -> float:
@@ -173,7 +173,7 @@ EXPERIMENTS = (
     (AT_ONCE, DERATE, YAW_BENDING),
     (AT_ONCE, DERATE, TOP_SHEAR),
 )
-"""What is changed, what it is compared with, and of which load."""
+"""Setting that changes, setting for comparison, and load."""
 
 
 def ratios_table(g: Gusts) -> Table:

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 SPEEDS = (5.0, 7.0, 9.0, 11.0, 13.0, 17.0, 21.0)
-"""[m/s] of production without fronts."""
+"""[m/s] wind speeds of production without fronts."""
 FRONTS = (50, 200)
 """A year."""
 
@@ -103,7 +103,7 @@ def table(grid: GustResults, production: Mapping[str, float], strategies: Sequen
 
 
 MWH = 3.6e9
-"""[J]."""
+"""[J] one megawatt hour."""
 
 
 def over_parts(years: Sequence[StrategyYear], strategy: str, fronts: int, of: Callable[[StrategyYear], float]) -> Float:

@@ -20,12 +20,12 @@ from meltemi.turbine.library import load_turbine
 
 MEASURED: Final = "zr20-122"
 STUDIED: Final = "ct30-155"
-"""Of the library: that of the measurements, and that of the strategies."""
+"""Library turbines of the measurements, and of the strategies."""
 TORQUE_HELD: Final = {"control.torque.hold": "torque"}
 LIMITED = 2.0e6
-"""[W] to which the paper derates."""
+"""[W] power of the paper's derating."""
 RATING = 2.037e6
-"""[W] that the paper's own simulation holds; Table 1 has 2 MW, Table 2 2,036 to 2,040 kW."""
+"""[W] rated power in the paper's simulation; Table 1 has 2 MW, Table 2 2,036 to 2,040 kW."""
 
 
 def measured_turbine() -> Turbine:
@@ -59,7 +59,7 @@ def gust_machines(yaw_rate: float) -> dict[str, Turbine]:
 
 YAW_CONTROLS = {1.0: YawControl(average_time=1.0, start_time=0.0), 10.0: YawControl(average_time=10.0, start_time=0.0)}
 YAW_CONTROLS |= {YawControl().average_time: YawControl()}
-"""By averaging time [s]: two that start as soon as the averaged error leaves the dead band, and the default."""
+"""Yaw controls by averaging time [s]: two that start when the averaged error leaves the dead band, and the default."""
 
 
 def slowed(turbine: Turbine, yaw: YawControl) -> Controller:

@@ -27,9 +27,9 @@ from meltemi.studies.yaw_limits import BasePoints
 from meltemi.turbine.definition import Turbine
 
 TURN = np.radians(720.0 / GUST_SPEED)
-"""[rad] of the standard at this wind speed."""
+"""[rad] direction change of the standard at this wind speed."""
 RISE = 10.0
-"""[m/s]."""
+"""[m/s] rise of the wind speed."""
 SLOW = 60.0
 """[s] rise time below which no direction change beyond the standard's has been measured."""
 JOINT = GustGrid(

@@ -96,7 +96,7 @@ FIGURES: dict[str, tuple[str, Callable[[YawProtectionRuns], Figure]]] = {
         ),
     ),
     "fig06_threshold": ("Figures 6 and 7: the threshold", lambda runs: figures.thresholds()),
-    "fig07_supervisor": ("Figure 7: the supervisor, drawn from its own table", lambda runs: plot_states()),
+    "fig07_supervisor": ("Figure 7: the supervisor, drawn from its table", lambda runs: plot_states()),
     "fig08_recheck": ("Figure 8: derate and look again, from the table", lambda runs: plot_states("yaw")),
     "fig09_wind": (
         "Figure 9: the gust with direction change, both directions, within 20 s and within 10 s",

@@ -64,13 +64,13 @@ from meltemi.turbine.definition import Turbine
 
 AS_SCALED, CALIBRATED, EARLY = "as scaled", "calibrated", "calibrated, speed limited early"
 TIP_SPEED_RATIO = 10.5
-"""Of the last one: with it the rated speed is reached in a wind below rated, so that there is a speed limit area."""
+"""Tip-speed ratio of ``EARLY``: the rotor reaches rated speed below rated wind, so there is a speed limit area."""
 YAW_RATE = float(np.radians(0.5))
-"""[rad/s] by default; the paper gives none."""
+"""[rad/s] default yaw rate; the paper gives none."""
 RECHECK, SHORT_RECHECK = 90.0, 30.0
-"""[s] of the strategy, and of the run that must end in a stop."""
+"""[s] recheck times of the strategy, and of the run that must end in a stop."""
 GUST_LENGTH, START_UP_LENGTH, POWER_LENGTH, STOP_AT = 100.0, 240.0, 480.0, 430.0
-"""[s]."""
+"""[s] durations of the runs, and time of the stop."""
 SHOWN = (
     *("wind_x", "wind_y", "rotor_speed", "pitch_1", "generator_power", "generator_torque", "nacelle_yaw"),
     *("operating_state", "power_setpoint", "yaw_error", "yaw_threshold", "tip_clearance_1"),

@@ -64,7 +64,7 @@ class Table2:
 
     Attributes:
       calibration: calibration of the turbine.
-      bins: from ``bin_statistics``, SI units; over the completed runs.
+      bins: statistics of the completed runs from ``bin_statistics``, SI units.
       runs: statistics of these runs, one row each.
       lost: bins without a completed run, and why.
     """

@@ -22,13 +22,13 @@ from meltemi.wind.fields import WindBox, WindSeries
 from meltemi.wind.turbulent import TurbulentWind
 
 SHEAR = 0.2
-"""Of the normal wind profile; the site's is not given."""
+"""Shear exponent of the normal wind profile; the paper does not give that of its site."""
 
 GUST_BEGIN, GUST_SPEED, GUST_RISE = 10.0, 10.67, 14.33
 """[s], [m/s], [m/s] of Figure 9: rated wind 8.67 m/s plus 2 m/s, and up to 25 m/s (15 m/s in the standard). The paper
 does not give the begin."""
 STATED = 20.0
-"""[s] in which the paper's direction changes by "over 60 degrees"; the standard's gust has 10 s."""
+"""[s] time in which the paper's direction changes by "over 60 degrees"; the standard's gust has 10 s."""
 TIMES = (STATED, RISE_TIME)
 """[s] readings of the gust: in how long speed and direction change."""
 
@@ -36,7 +36,7 @@ START_UP_SPEED, START_UP_LAST, START_UP_INTENSITY = 7.49, 8.06, 0.05
 """[m/s], [m/s], [-] of V1: the mean over 240 s is the paper's. Its power in the last minute needs 8.06 m/s on the
 measured power curve of Table 2; the paper does not give the wind of that minute."""
 START_UP_RISE = (145.0, 155.0)
-"""[s] in which it rises: early enough for the rotor to have its new speed in the last minute."""
+"""[s] begin and end of the rise: early enough for the rotor to reach its new speed before the last minute."""
 POWER_SPEED, POWER_INTENSITY = 10.49, 0.085
 """[m/s], [-] of V2; the intensity lies between those of the bins at 9.9 and 11.0 m/s."""
 TURN, TURN_BEGIN, TURN_END = np.radians(20.0), 120.0, 180.0

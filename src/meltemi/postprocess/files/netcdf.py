@@ -11,10 +11,9 @@ import numpy as np
 from meltemi.core.errors import Status
 from meltemi.core.files import replacing
 from meltemi.core.hdf5 import attributes, read_hdf5, to_netcdf
-from meltemi.postprocess.result_tables import labelled
 from meltemi.scene.record import packed, unpacked
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.result import Result
+from meltemi.simulation.result import Result, labelled
 
 if TYPE_CHECKING:
     import h5py

@@ -54,9 +54,9 @@ class OutputColumns:
     """The table of an OpenFAST output file.
 
     Attributes:
-      names, units: of the columns, as they are written; units without parentheses.
+      names, units: names and units of the columns as written; units without parentheses.
       time: (T,) [s].
-      data: (T, C) in those units, without the time.
+      data: (T, C) values in these units, without the time.
       description: description of the run.
       warning: message if the file is cut.
     """

@@ -1,4 +1,4 @@
-"""From the description of a bladed turbine to the arrays of the kernels.
+"""Arrays of the kernels from the description of a bladed turbine.
 
 ``build`` rejects unsupported input with a message; kernels assume valid arrays.
 """
@@ -360,7 +360,7 @@ def _blade_nodes(turbine: Turbine, beam: Beam, layout: NodeLayout, pieces: Float
 
 
 def _node_rows(turbine: Turbine, pieces: Float, axis: Float) -> Float:
-    """(rows, nodes) of the pieces of one blade."""
+    """(rows, nodes) properties of the pieces of one blade."""
     rows = BladeNode.zeros(blade=1, node=len(pieces))[:, 0, :]
     v = View(BladeNode, rows)
     v["position"] = (axis + np.array([0.0, 0.0, turbine.hub.radius])).T
@@ -379,7 +379,7 @@ def _tower_matrix(tower: ModalMember, top_mass: float) -> Float:
     matrix[0] = tower.modes.mass_alone + top_mass * top @ top.T
     matrix[1] = tower.modes.stiffness
     matrix[2] = tower.damping
-    # own weight, P-delta: V = g sum m u_z, with the second-order displacement 1/2 q Z q
+    # weight, P-delta: V = g sum m u_z, with the second-order displacement 1/2 q Z q
     matrix[3] = np.einsum("n,kln->kl", _lumps(tower, top_mass), tower.second[:, :, :, 2])
     return matrix
 

@@ -248,7 +248,7 @@ def bladed_channels(model: BladedModel, stations: Stations) -> dict[str, Channel
 
 
 def with_static_gears(model: BladedModel) -> BladedModel:
-    """The model with a gearbox whose parts follow rotor and generator quasi-statically, without modes of its own.
+    """The model with a gearbox whose parts follow rotor and generator quasi-statically, without gearbox modes.
 
     Steady operation, default time step and modes in vacuum need only the slow motion.
     """

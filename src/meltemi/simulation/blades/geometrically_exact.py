@@ -1,4 +1,4 @@
-"""Geometrically exact blades: finite rotations of cells that deform a little, each in its own frame.
+"""Geometrically exact blades: finite rotations of cells that deform a little, each in its frame.
 
 The cell between two nodes deforms by the modes, linear in their coordinates: its end turns by d = sum q_k psi_k against
 its beginning and is at e = e_0 + sum q_k phi_k. The frames of the cells are composed without approximation:

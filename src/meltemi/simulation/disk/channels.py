@@ -1,4 +1,4 @@
-"""Channels of a power-coefficient turbine: its part of the catalogue, and its own."""
+"""Channels of a power-coefficient turbine: its part of the catalogue, and additional ones."""
 
 from __future__ import annotations
 

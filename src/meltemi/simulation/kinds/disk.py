@@ -21,7 +21,7 @@ def _disk_step(model: DiskModel) -> float:
 
 
 def _disk_limits(model: DiskModel) -> dict[str, float]:
-    """[s] by cause: for torsion as for other turbines, for the speed a fraction of its time under torque."""
+    """[s] longest time steps by cause: for torsion as for other turbines, for the speed a fraction of its time."""
     shaft, control = model.turbine.drivetrain, model.turbine.control
     inertia = model.parameter("disk.inertia") + shaft.gear_ratio**2 * model.parameter("structure.generator_inertia")
     speed = model.turbine.rated_rotor_speed

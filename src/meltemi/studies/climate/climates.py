@@ -19,7 +19,7 @@ Float = NDArray[np.float64]
 
 DATA = Path(__file__).parent / "data"
 MONTH_HOURS = 24.0 * np.array([31.0, 28.25, 31.0, 30.0, 31.0, 30.0, 31.0, 31.0, 30.0, 31.0, 30.0, 31.0])
-"""[h] of each month; leap years in the mean."""
+"""[h] hours of each month, with the mean of leap years."""
 
 
 def _twelve(values: Float) -> Float:
@@ -55,7 +55,7 @@ class Climate(Record):
 
     name: str
     altitude: float = Field(default=0.0, ge=-500.0, le=9000.0)
-    """[m] above sea level, used without a pressure."""
+    """[m] altitude above sea level, used without a pressure."""
     temperature: Months
     """(12,) [degC] mean of each month."""
     humidity: Months
@@ -63,15 +63,15 @@ class Climate(Record):
     pressure: Months | None = None
     """(12,) [Pa] measured at the site; by default that of the altitude."""
     rain_hours: dict[str, Months] = Field(default_factory=dict)
-    """(12,) [h] by class of rain (see `Rain.kind`), at the class's rate."""
+    """(12,) [h] hours by class of rain (see `Rain.kind`), at the class's rate."""
     icing_hours: Months = Field(default_factory=lambda: np.zeros(12))
-    """(12,) [h] of blade icing (instrumental icing as defined by IEA Wind)."""
+    """(12,) [h] hours of blade icing (instrumental icing as defined by IEA Wind)."""
     wind_scale: Months
     """(12,) [m/s] scale A of the Weibull distribution of the wind speed."""
     wind_shape: Months
     """(12,) shape parameter k."""
     wind_height: float = Field(default=100.0, gt=0.0)
-    """[m] at which the wind is given."""
+    """[m] height of the given wind."""
     shear_exponent: float = Field(default=0.14, ge=0.0, le=0.5)
     """Shear exponent of the mean wind."""
     source: str = ""

@@ -32,10 +32,10 @@ Progress = Callable[[float, str], None]
 ROOT, IN_PLANE = "root_moment_out_of_plane_1", "root_moment_in_plane_1"
 TOWER, SIDE = "tower_base_moment_fore_aft", "tower_base_moment_side_side"
 SLOPES = {ROOT: 10.0, IN_PLANE: 10.0, TOWER: 4.0, SIDE: 4.0}
-"""Of the S-N curves: glass fibre, welded steel."""
+"""Slopes of the S-N curves of glass fibre and welded steel."""
 CLEAN, ICED, SHED, WET = "clean", "ice on all blades", "ice shed by one blade", "rain of 32 mm/h"
 RAIN = Rain(kind="rainstorm")
-"""Of the state ``WET``."""
+"""Rain of the state ``WET``."""
 FULL = 0.99
 """Share of rated power from which the pitch gives way: what rain takes then is not missed."""
 FAST = ModelOptions(flap_modes=2, edge_modes=1, torsion_modes=1, fore_aft_modes=1, side_side_modes=1)

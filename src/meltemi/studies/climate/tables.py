@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 GWH = 3.6e12
-"""[J]."""
+"""[J] one gigawatt hour."""
 HOURS = 8766.0
-"""Of a year."""
+"""Hours of a year."""
 NAMES = {
     ROOT: "blade root, out of plane",
     IN_PLANE: "blade root, in plane",

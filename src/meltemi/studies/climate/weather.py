@@ -60,9 +60,9 @@ class Periods:
       humidity: (N,) relative humidity.
       pressure: (N,) [Pa] air pressure; None if it follows from the altitude.
       altitude: [m] altitude of the site.
-      rain_hours: (N,) [h] by class of rain.
-      icing_hours: (N,) [h] with ice on the blades.
-      wind_hours: (N, n) [h] in wind speed bins, function of edges (n + 1,) [m/s] and hub height [m].
+      rain_hours: (N,) [h] hours by class of rain.
+      icing_hours: (N,) [h] hours with ice on the blades.
+      wind_hours: (N, n) [h] hours in wind speed bins, function of edges (n + 1,) [m/s] and hub height [m].
       missing: hours that were left out.
     """
 
@@ -79,7 +79,7 @@ class Periods:
     missing: int = 0
 
     def density(self, what: Effect = "humidity") -> Float:
-        """(N,) [kg/m^3] with the effects up to the named one: altitude, temperature, humidity."""
+        """(N,) [kg/m^3] air density with the effects up to the named one: altitude, temperature, humidity."""
         if what == "altitude":
             air = Air(altitude=self.altitude)
             if self.pressure is not None:

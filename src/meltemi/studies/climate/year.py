@@ -30,9 +30,9 @@ BIN = 0.5
 """[m/s] width of the bins of a year, from cut-in to cut-out."""
 AIR: Final[tuple[Effect, ...]] = ("altitude", "temperature", "humidity")
 STEPS = (*AIR, "rain", "ice")
-"""What is put in one after another."""
+"""Effects in the order in which they are added."""
 SHED_SHARE = 0.1
-"""Of the hours with ice, in which one blade has thrown its ice off. An assumption: there are no statistics."""
+"""Share of the hours with ice in which one blade has shed its ice: an assumption, for want of statistics."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class SiteYear:
 
     Attributes:
       climate: the periods.
-      hours: (N, bins) [h] of each period in the bins of wind speed in operation.
+      hours: (N, bins) [h] hours of each period in the bins of wind speed in operation.
       density: (N,) [kg/m^3] air density.
       rated_wind: (N,) [m/s] rated wind speed.
       by_period, base_by_period: (N,) [J] energy with clean blades in the site's dry air, and at 1.225 kg/m^3; means
@@ -50,7 +50,7 @@ class SiteYear:
       steps: (seeds,) [J] successive contributions of the effects.
       constant: (seeds,) [J] excess of energy with the annual mean density over that with densities of the periods.
       seed_rain: (seeds,) [J] loss by rain by the review's formula, drops of 3 mm, instead of by drops on the blades.
-      loads: (seeds,) by channel, [N m] annual equivalent loads: at 1.225 kg/m^3 (``reference``), and with the effects
+      loads: (seeds,) [N m] annual equivalent loads by channel: at 1.225 kg/m^3 (``reference``), and with the effects
         up to each of the steps.
     """
 
@@ -107,7 +107,7 @@ class Curves:
         return interpolated
 
     def power(self, values: Float) -> Float:
-        """As ``over_speed`` for power, which is proportional to the cube of the wind speed below the smallest one."""
+        """Power at wind speeds, as ``over_speed``; below the smallest speed it is cubic in the wind speed."""
         slow = np.minimum(self.middle / self.speeds[0], 1.0) ** 3
         return self.over_speed(values) * slow[:, None]
 
@@ -126,7 +126,7 @@ class Curves:
         return np.clip(self.at(self.produced, density), 0.0, 1.02 * rated)
 
     def hours(self, climate: Periods) -> Float:
-        """(N, bins) [h] of each period in the bins at the hub."""
+        """(N, bins) [h] hours of each period in the bins of the wind speed at the hub."""
         return climate.wind_hours(self.edges, self.response.turbine.hub_height)
 
     def energy(self, density: Float, hours: Float) -> Float:

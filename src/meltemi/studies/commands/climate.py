@@ -38,7 +38,7 @@ def climate(
     given = {"altitude": altitude, "wind_height": wind_height}
     weather = Path(site).suffix.lower() in (".csv", ".epw")
     if not weather and any(value is not None for value in given.values()):
-        raise InputError(f"--altitude and --wind-height belong to weather files; the climate {site} has its own")
+        raise InputError(f"--altitude and --wind-height belong to weather files; the climate {site} defines both")
     year = periods(site, **{key: value for key, value in given.items() if value is not None}, shear_exponent=shear)
     from meltemi.report.tables import number
     from meltemi.studies.climate.response import ICED, SHED, WET, ResponseSetup, respond

@@ -32,8 +32,8 @@ def diff(
 
     labels = _labels(ours, theirs)
     title, every = f"{labels[0]} against {labels[1]}", difference_rows(differences, labels)
-    drawn = meltemi.plots.plot_differences(differences, channels, labels=labels)
-    files = write_results(out / "differences", every, drawn)
+    figure = meltemi.plots.plot_differences(differences, channels, labels=labels)
+    files = write_results(out / "differences", every, figure)
     print_table(title, *short_difference_rows(differences), text_columns=2, all_rows=every)
     print(
         "mean, std, DEL: of the second result, and change of the first in percent; a mean near 0: in percent of the std"

@@ -74,7 +74,7 @@ UNITS = {
 SHOWN = (PITCH, TURNED, TOWER_LOAD, ROOT_LOAD, TOP_LOAD)
 """Beside the energy, whose percents would be lost on their scale."""
 MOVES = 1e-4
-"""[rad/s] from which the drive turns: a fiftieth of the drive's rate."""
+"""[rad/s] yaw rate above which the drive turns: a fiftieth of the drive's rate."""
 
 
 @dataclass(frozen=True)
@@ -110,14 +110,14 @@ CANDIDATES: dict[str, Candidate] = {
 
 CONVENTIONAL, PROPOSAL = "each for itself", "pitch and torque"
 OURS = ("pitch and yaw", "all three", "all three, wide hold", RIVAL)
-"""Of the candidates: the paper's conventional scheme, the one that it proposes, and ours."""
+"""Names of candidates: the paper's conventional scheme, the scheme that it proposes, and those of this package."""
 
 HOURS = SchemeSetup(speed=13.0, levels=(0.6, 1.0), length=3600.0, begin=200.0, points=15)
 QUICK = replace(HOURS, seeds=(1, 2), levels=(0.6,), length=200.0, begin=100.0, points=11)
 LEVEL = 0.75
 """Share of rated power in the shorter comparison: Figure 21 of Palanimuthu et al. (2022)."""
 Tables = Mapping[float, EnsembleTable]
-"""By share of rated power."""
+"""Tables by share of rated power."""
 
 
 def markov(rng: np.random.Generator, deviation: float, time: float, step: float, n: int) -> Float:

@@ -51,7 +51,7 @@ FAST = ModelOptions(
 """A direct drive's shaft is stiff: without it the time step is three times as long. The tower's loads are 7 to 10 %
 lower than with all modes, other loads 2 %."""
 STEP = 0.05
-"""[s] between records."""
+"""[s] interval between records."""
 
 
 def few_modes(turbine: Turbine) -> ModelOptions:
@@ -60,7 +60,7 @@ def few_modes(turbine: Turbine) -> ModelOptions:
 
 
 MOVES = np.radians(0.1)
-"""[rad/s] from which a blade counts as moving."""
+"""[rad/s] pitch rate above which a blade counts as moving."""
 TOWER, ROOT, SHAFT = "tower_base_moment_fore_aft", "root_moment_out_of_plane_1", "rotor_torque"
 CHANNELS = ("generator_power", "power_reference", "rotor_speed", "pitch_1", TOWER, ROOT, SHAFT)
 PITCH, MOVING, TRACKING = "pitch travel", "time with moving pitch", "tracking error"
@@ -81,14 +81,14 @@ SHOWN = (PITCH, TRACKING, TOWER_LOAD, ROOT_LOAD, SHAFT_LOAD)
 FRONT = (TOWER_LOAD, ROOT_LOAD, ENERGY)
 STEADY, FOLLOWING = "steady", "following"
 SCHEMES = ("A0", "A1", "A2", "A3")
-"""Of the power control; the first is the base of changes."""
+"""Schemes of the power control; changes refer to the first."""
 
 
 FULL = SchemeSetup(speed=12.0, levels=(0.4, 0.6, 0.8, 1.0), length=600.0, begin=100.0, points=21)
 QUICK = replace(FULL, seeds=(1, 2), levels=(0.6, 1.0), length=60.0, begin=40.0, points=11)
 
 Tables = Mapping[tuple[str, float], EnsembleTable]
-"""By what is asked for (steady or following) and level."""
+"""Tables by demand (steady or following) and level."""
 
 
 def regulation_signal(seed: int, duration: float, step: float = 2.0) -> tuple[Float, Float]:

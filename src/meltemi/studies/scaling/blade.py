@@ -13,9 +13,9 @@ from meltemi.turbine.definition import Turbine
 Float = NDArray[np.float64]
 
 AREA = "mass axial_stiffness"
-"""Properties of a section of thin walls that go with its size and its wall,"""
+"""Properties of a thin-walled section that are proportional to its size and its wall thickness."""
 SECOND_MOMENT = "flap_stiffness edge_stiffness torsion_stiffness flap_inertia edge_inertia"
-"""and with the cube of its size and its wall."""
+"""Properties that are proportional to the cube of its size and to its wall thickness."""
 STIFFNESS = "axial_stiffness flap_stiffness edge_stiffness torsion_stiffness stiffness_matrix"
 
 
@@ -32,7 +32,7 @@ def scaled_blade(
     Args:
       reference: reference turbine.
       factors: scaling factors.
-      blade_mass: [kg] of the new blade.
+      blade_mass: [kg] mass of the new blade.
       stiffness: further factor of all stiffness.
     """
     content = reference.blade.content()

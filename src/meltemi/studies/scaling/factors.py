@@ -23,9 +23,9 @@ from meltemi.turbine.definition import Turbine
 Float = NDArray[np.float64]
 
 AIR = 1.225
-"""[kg/m^3]"""
+"""[kg/m^3] air density."""
 USUAL_POWER_COEFFICIENT = 0.48
-"""Of a rotor at its best tip-speed ratio; only its cube root matters here."""
+"""Power coefficient of a rotor at its best tip-speed ratio; only its cube root matters here."""
 
 
 @dataclass(frozen=True)

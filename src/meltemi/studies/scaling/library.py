@@ -60,7 +60,7 @@ NUMBERS: dict[str, dict[str, Any]] = {
 }
 KEYWORDS = tuple(signature(scale_turbine).parameters)[1:]
 DIGITS = 7
-"""Of the numbers in the files."""
+"""Significant digits of the numbers in the files."""
 
 
 def scaled_turbine(name: str, **changes: Any) -> Turbine:

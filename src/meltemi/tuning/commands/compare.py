@@ -38,7 +38,7 @@ HELP = "\n".join(
         "\b",
         "Controllers:",
         *(f"  {name:12s} {about}" for name, about in NAMES.items()),
-        "  own.py       a Python file with controller(turbine), module:function, or a library",
+        "  mine.py      a Python file with controller(turbine), module:function, or a library",
     ]
 )
 

@@ -41,7 +41,7 @@ def contenders(
 
     Args:
       entries: controllers by label; names and files are those of docs/guide/controller-names.md.
-      model: model of the turbine with the actuators that the schemes require; controllers are made for it.
+      model: model of the turbine with the actuators that the schemes require, for which controllers are created.
       progress: callback with the completed fraction of the tuning.
 
     Raises:

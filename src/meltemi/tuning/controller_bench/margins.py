@@ -33,13 +33,13 @@ PHASE_MARGIN, GAIN_MARGIN = math.radians(30.0), 2.0
 AMPLITUDE = 3e-4
 """Amplitude of a line at low frequency over the speed: small enough for the linear range, large against rounding."""
 CORNER = 0.2
-"""[Hz] above which amplitudes fall, so that pitch rates stay small."""
+"""[Hz] frequency above which amplitudes fall, so that pitch rates stay small."""
 LOWEST, HIGHEST, LINES = 0.02, 2.0, 40
 """[Hz] range of the lines, and about how many."""
 REPEATABLE = 0.05
 """Largest difference of two successive periods over the response: beyond, the loop is not linear or not damped."""
 STEP = 0.05
-"""[s] between recorded samples."""
+"""[s] interval between recorded samples."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def blade_loop(wind_speed: float, signal: Whirl, up: Complex, down: Complex, *, 
       wind_speed: [m/s] wind speed of both runs.
       signal: test signal of the first run.
       up, down: (T,) amplitudes of the runs with either sign, from 0 on in steps of ``STEP``.
-      delay: [s] by which the controller receives loads late: a time step.
+      delay: [s] delay of the loads at the controller: a time step.
     """
     d = np.array([signal.amplitude(t) for t in _last(signal, len(up))])
     return _opened(wind_speed, signal, 0.5 * (up - down), d, delay)
@@ -204,8 +204,8 @@ def moment_amplitude(moments: Sequence[Float], azimuth: Float, scale: float, del
     Args:
       moments: (T,) [N m] root moments of each blade.
       azimuth: (T,) [rad] azimuth of the first blade, in steps below half a turn.
-      scale: [N m] that is 1.
-      delay: [s] by which the controller receives moments late, at the azimuth of its call.
+      scale: [N m] unit of the moments.
+      delay: [s] delay of the moments at the controller, at the azimuth of its call.
     """
     turned = np.unwrap(azimuth)
     late = turned + delay * np.gradient(turned, STEP)

@@ -227,7 +227,7 @@ MARGINS = (
     "loop is opened at that sensor. It contains torque and pitch, filters, actuators and sampling. Blade loops are "
     "opened at the root moments of all blades, in multiblade coordinates; a controller that does not use them has none."
 )
-ROBUSTNESS = "The controllers are made for the nominal turbine; the plant, its sensors or its actuators differ."
+ROBUSTNESS = "The controllers are tuned for the nominal turbine; the plant, its sensors or its actuators differ."
 OPERATION = (
     "Controllers of meltemi run with its supervisor here. A controller that does not respond to a request does not "
     "offer the function, which is neither a pass nor a failure."

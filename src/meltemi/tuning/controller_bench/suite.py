@@ -47,9 +47,9 @@ class Situation:
       transient: [s] before, not evaluated.
       senses: signs of a change of direction.
       events: events of the run, as keys and values.
-      inertia, stiffness: factors of the plant on those of the turbine for which the controller is made.
+      inertia, stiffness: factors of the plant on those of the turbine for which the controller is tuned.
       iced: ice on all blades of the plant.
-      frequency: [rad/s] of the plant's pitch actuators, second order.
+      frequency: [rad/s] natural frequency of the plant's pitch actuators, second order.
       delay: [s] between the pitch demand and the actuator.
       noise: factor on the standard deviations ``NOISE`` of the sensors.
       starts: begins with an idling rotor.
@@ -79,7 +79,7 @@ class Situation:
         return 0.0 if self.starts else self.transient
 
     def plant(self, turbine: Turbine) -> Turbine:
-        """The turbine on which the controller runs; controllers are made for the nominal one."""
+        """The turbine on which the controller runs; controllers are tuned for the nominal one."""
         plant = mistuned(turbine, self.inertia, self.stiffness)
         if self.frequency:
             changes = {"kind": "second_order", "natural_frequency": self.frequency, "damping_ratio": 0.7}

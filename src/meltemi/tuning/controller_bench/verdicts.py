@@ -28,7 +28,7 @@ class CriterionVerdict:
 
     Attributes:
       criterion: name of the criterion.
-      value, limit: in ``unit``; NaN if there is no value.
+      value, limit: value and its limit in ``unit``; NaN if there is no value.
       unit: engineering unit.
       passed: None if the criterion does not apply.
       where: case or reason.

@@ -11,6 +11,7 @@ from meltemi.app.scans import finish
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, made_by, print_table, progress_bar, simulation_bar, warn, wrote
 from meltemi.core.errors import InputError
+from meltemi.core.extras import need
 
 
 def validate(
@@ -26,17 +27,20 @@ def validate(
 ) -> None:
     """Compare measured ten-minute records with simulations in the wind that was measured: report, tables."""
     from meltemi.cases.case import read_case
+    from meltemi.reports.blocks import Section
     from meltemi.tuning.run_store import run_store
     from meltemi.validation import fit as fitting
     from meltemi.validation.comparison import Comparison
+    from meltemi.validation.gauges import calibration_table, calibrations_of, in_moments
     from meltemi.validation.measurements import read_measurements
     from meltemi.validation.plausibility import plausible
     from meltemi.validation.quality import doubtful
     from meltemi.validation.report import Findings, agreement_table, headline, write_findings
     from meltemi.validation.selection import select
     from meltemi.validation.settings import read_validation
-    from meltemi.validation.simulations import Simulator, compared_channels, simulate_records, uncalibrated
+    from meltemi.validation.simulations import Simulator, compared_channels, gauges_of, simulate_records
 
+    need("meltemi validate", "pandas", "python-docx")
     settings = read_validation(file)
     settings = settings if seeds is None else settings.replace(seeds=seeds)
     place, data = file.parent / settings.case, file.parent if data is None else data
@@ -48,11 +52,18 @@ def validate(
         channels = settings.channels
         measured = read_measurements(data, channels)
         issues = [*doubtful(measured, channels), *plausible(measured, channels, simulator.turbine)]
+        calibrations = calibrations_of(measured, simulator.turbine, settings.idle, settings.yaw_sweep)
+        measured = in_moments(measured, calibrations)
         selected = select(measured, simulator.turbine, wind=channels.wind, issues=issues, rules=settings.selection)
     used = [each.record for each in selected if not each.rejected and each.operation == "production"]
     if not used:
         reasons = dict.fromkeys(each.rejected or f"{each.operation}, not production" for each in selected)
         raise InputError(f"{data}: no record can be compared: {'; '.join(list(reasons)[:5]) or 'no records'}")
+    raw, range_only = gauges_of(settings, calibrations)
+    names = tuple(name for name in names if name not in raw)
+    warn(
+        f"{name}: a gauge in mV/V without calibration is not compared; give its gain, or idle: [files]" for name in raw
+    )
     warn(dict.fromkeys(str(issue) for issue in issues))
     runs, length = len(used) * settings.seeds, sum(record.length for record in used) * settings.seeds
     with run_store(out, repr(("validate", simulator.case, settings)), "meltemi.validation"):
@@ -60,11 +71,13 @@ def validate(
         with simulation_bar(f"{len(used)} records, {settings.seeds} seeds", runs, "runs") as progress:
             records, failed = simulate_records(simulator, used, names, workers=workers, progress=progress)
         spent = time.perf_counter() - read
-        comparison = Comparison(tuple(records), names, uncalibrated(settings.channels, settings), settings.accuracy)
+        comparison = Comparison(tuple(records), names, range_only, settings.accuracy)
         if not records:
             raise InputError(f"{data}: no record could be simulated: {next(iter(failed.values()))}")
         with simulation_bar("sensitivities") as progress:
             further = [*fitting.sections(simulator, used, comparison, parameters, why=why, progress=progress)]
+    if calibrations:
+        further.append(Section("Gauges", [calibration_table(calibrations)]))
     made = made_by()
     facts = [
         ("Turbine", simulator.turbine.name),

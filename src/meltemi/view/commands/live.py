@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 GRACE = 5.0
 """[s] after the page has closed, in which it may be opened again (reload), before the command ends."""
 PIECES = 10.0
-"""[Hz] of the pieces that the page gets, at real time and faster."""
+"""[Hz] rate of the pieces that the page receives, at real time and faster."""
 SPEEDS = Range(0.25, 20)
 
 

@@ -1,6 +1,6 @@
 """Server of ``meltemi live``: one page and its socket, accessible from this machine only.
 
-It listens on 127.0.0.1 and answers requests whose path has the random token and whose ``Host`` is its own address; the
+It listens on 127.0.0.1 and answers requests whose path has the random token and whose ``Host`` is its address; the
 socket also requires the origin of the page. So neither another machine, nor another page in the same browser, nor a
 name that resolves to 127.0.0.1 reaches the simulation. A new page replaces the previous one, whose messages are
 dropped. The numbers of connections and pending messages, and the nesting of messages, are bounded.
@@ -35,7 +35,7 @@ LONGEST_MESSAGE = 2048
 MOST_WAITING = 256
 """Messages that wait; of a page that sends faster than they are handled the others are dropped."""
 MOST_CONNECTIONS = 16
-"""At a time, with those that have asked for nothing yet; each takes two threads."""
+"""Largest number of simultaneous connections, including idle ones; each takes two threads."""
 PATIENCE = 10.0
 """[s] after which a page that does not answer is taken as closed."""
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"

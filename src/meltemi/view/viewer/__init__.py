@@ -7,7 +7,7 @@ from meltemi.core.files import text_of
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("three.min", "data", "pose", "sea", "wakes", "turbine", "wind", "plots", "viewer")
-"""Of the view, in this order; ``file`` or ``widget`` follows, and of a scene that runs on, ``live`` before it."""
+"""Scripts of the view, in this order; ``file`` or ``widget`` follows, with ``live`` before it for a live scene."""
 
 
 @cache

@@ -120,7 +120,7 @@ class LiveClock {
     this.series.add(piece);
     this.queue.push(piece);
     if (this.queue.length > 100) this.skipped += this.queue.splice(0, 90).length; // of a page that nobody sees
-    this.arrived.push([piece.about.made, piece.about.begin + piece.about.duration]);
+    this.arrived.push([piece.about.sent, piece.about.begin + piece.about.duration]);
     this.latest = performance.now();
     if (this.arrived.length > 25) this.arrived.shift();
     this.state.redraw = true;

@@ -48,13 +48,13 @@ Float = NDArray[np.float64]
 MACHINES = ("nrel5mw", "iea15mw")
 ANGLES = tuple(math.radians(angle) for angle in (-20.0, 0.0, 20.0))
 SHARES = (1.0, 0.9, 0.8)
-"""Of the power in the mean wind across the rotor, which falls with the cube of the misalignment's cosine."""
+"""Demands over the power in the mean wind, which falls with the cube of the cosine of the misalignment."""
 SPACING = 5.0
 """Rotor diameters between the two turbines."""
 INTENSITY = 0.06
-"""Of the turbulence: weak, as steering is made for."""
+"""Turbulence intensity: weak, as wake steering requires."""
 DEMAND = 0.9
-"""Of what the aligned farm has in the mean wind."""
+"""Power demand over the power of the aligned farm in the mean wind."""
 FULL = SchemeSetup(speed=9.0, levels=SHARES, length=300.0, begin=100.0, points=15)
 QUICK = replace(FULL, seeds=(1, 2), length=60.0, begin=40.0, points=11)
 TOP = "yaw_moment_z"
@@ -82,8 +82,8 @@ class TwoTurbineResults:
     Attributes:
       turbine: name of the turbine.
       points: set-points of the upstream turbine.
-      margins: by split the misalignment [rad], the power demands of both [W], and the smallest margin [W].
-      errors: (seeds,) by split, root mean square of the power deficit of the farm over its demand.
+      margins: misalignment [rad], power demands of both turbines [W], and smallest margin [W], by split.
+      errors: (seeds,) root mean square of the power deficit of the farm over its demand, by split.
     """
 
     turbine: Turbine

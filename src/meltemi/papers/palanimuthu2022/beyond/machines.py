@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 MACHINES = ("iea22mw", "iea15mw", "nrel5mw")
 SLOW = 0.5
-"""Of the frequency of the speed loop."""
+"""Factor on the frequency of the speed loop."""
 NARROW = 0.9
 """Lower end of the narrow range, share of its upper end: about that of the IEA 15 MW."""
 BASE, HELD, NARROWED, FAST = "A0", "A2", "A2, narrow range", "A1"

@@ -75,7 +75,7 @@ def wetted() -> Figure:
 
 
 STORM = Rain(rate=paper.RATE, mode="seed", diameter=paper.DROP)
-"""What the paper's figures show: all drops of 3 mm."""
+"""Rain of the paper's figures: all drops of 3 mm."""
 SPEED = np.linspace(0.15, 1.25, 221)
 
 
@@ -97,7 +97,7 @@ def rainy_gain(blades: CoefficientRotor, rain: Rain) -> float:
 
 
 Curve = tuple[str, Float, ArrayLike]
-"""Its name, power without rain [W], and what rain takes of it."""
+"""Name, power without rain [W], and its loss by rain."""
 
 
 def _both(height: float, x: Float, curves: Sequence[Curve]) -> tuple[Figure, Axes]:

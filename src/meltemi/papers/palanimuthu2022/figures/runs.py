@@ -155,9 +155,9 @@ def limited(runs: PowerControlRuns) -> Figure:
 
 
 PITCHES = (4.0, 6.0, 8.0)
-"""[deg] of the curves of Figure 19."""
+"""[deg] pitch angles of the curves of Figure 19."""
 WINDS = (8.0, 9.0, 10.0, 11.0)
-"""[m/s] of the thin curves."""
+"""[m/s] wind speeds of the thin curves."""
 
 
 def _background(ax: Axes) -> None:
