@@ -156,7 +156,7 @@ def run(folder: Path) -> Iterator[dict[str, Any]]:
             if name == "deck":
                 yield row(name, each.name, "wind", "mean", each.wind_speed)
                 yield row(name, each.name, "wind", "turbulence", each.turbulence)
-                record = next(r for r in records if r.file == each.name)
+                record = next(r for r in records if r.name == each.name)
                 measured = blocks(record[POWER].values, record[WIND].values)
                 for i, statistic in enumerate(("correlation", "lag")):
                     yield row("blocks", each.name, POWER, statistic, measured[i],
@@ -194,7 +194,7 @@ def drives(deck: Simulator, slope: Simulator, records: Sequence[MeasuredRecord])
 def row(name: str, record: str, channel: str, statistic: str, measured: float, simulated: Sequence[float] = ()) -> Any:
     """A row of field.csv."""
     seeds = {f"seed {k + 1}": f"{x:.6g}" for k, x in enumerate(simulated)}
-    head = {"experiment": name, "record": record.removesuffix(".csv"), "channel": channel, "statistic": statistic}
+    head = {"experiment": name, "record": record.split(".csv")[0], "channel": channel, "statistic": statistic}
     return head | {"measured": f"{measured:.6g}"} | seeds
 
 

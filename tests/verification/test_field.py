@@ -52,7 +52,7 @@ def test_two_records_have_the_deviations_of_the_page(reference: Path, tmp_path: 
     for each in compared:
         for channel in names:
             for statistic in field_study.SHOWN:
-                measured, *seeds = page["deck", each.name.removesuffix(".csv"), channel, statistic]
+                measured, *seeds = page["deck", each.name.split(".csv")[0], channel, statistic]
                 i = STATISTICS.index(statistic)
                 assert each.measured.values[channel][i] == pytest.approx(measured, rel=1e-5)
                 half = float(prediction_half(np.std(seeds, ddof=1), np.intp(len(seeds))))
