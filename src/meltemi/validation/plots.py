@@ -49,7 +49,8 @@ def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]
       statistics: channels and their statistics, one panel each.
     """
     columns = min(len(statistics), 3)
-    figure, axes = new_figure(-(-len(statistics) // columns), columns, size=(10.0, 7.0), share=False)
+    rows = -(-len(statistics) // columns)
+    figure, axes = new_figure(rows, columns, size=(10.0, 3.5 * rows), share=False)
     for ax in axes.flat[len(statistics) :]:
         ax.set_visible(False)
     for ax, (name, statistic) in zip(axes.flat, statistics, strict=False):
@@ -69,7 +70,8 @@ def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]
 
 def plot_spectra(comparison: Comparison) -> Figure:
     """Mean spectra over records, measured and of all seeds."""
-    figure, axes = new_figure(-(-len(comparison.channels) // 2), 2, size=(10.0, 7.0), share=False)
+    rows = -(-len(comparison.channels) // 2)
+    figure, axes = new_figure(rows, 2, size=(10.0, 3.5 * rows), share=False)
     frequency = np.sqrt(BANDS[1:] * BANDS[:-1])
     for ax in axes.flat[len(comparison.channels) :]:
         ax.set_visible(False)
