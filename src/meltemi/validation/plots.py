@@ -29,7 +29,7 @@ def plot_capture_matrix(matrix: NDArray[np.intp], what: str = "") -> Figure:
     """
     figure, axes = new_figure(1, size=(9.0, 4.8))
     ax = axes[0, 0]
-    colours = LinearSegmentedColormap.from_list("records", ["#ffffff", COLOURS[3]])
+    colours = LinearSegmentedColormap.from_list("records", ["white", COLOURS[3]])
     ax.pcolormesh(matrix, cmap=colours, vmin=0, vmax=max(int(matrix.max(initial=0)), 1), edgecolors="white")
     for i, j in zip(*np.nonzero(matrix), strict=True):
         ax.text(j + 0.5, i + 0.5, str(matrix[i, j]), ha="center", va="center", color=INK, fontsize=8.0)
