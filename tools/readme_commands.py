@@ -75,6 +75,7 @@ TRIES = (
         "observe measured.csv --turbine nrel5mw",
         "observe measured.csv --turbine nrel5mw --transient 5 --out observed",
     ),
+    Try("validate v27.yaml --data records --out out", "", ("pandas", "python-docx")),
     Try("surrogate design nrel5mw --out surrogate"),
     Try("campbell nrel5mw --out out", "campbell nrel5mw --wind-speeds 8,12 --out campbell"),
     Try("verify --out out", "verify --help"),  # its studies are tests

@@ -106,6 +106,5 @@ for name, value, variance, evidence in zip(
 ):
     unit, factor = ("deg", 180.0 / np.pi) if name == "pitch_offset" else ("%", 100.0)
     half = 1.96 * factor * variance**0.5
-    print(
-        f"{name:14s} {factor * value:+.2f} +/- {half:.2f} {unit}, evidence {evidence:+.1f}"
-    )
+    estimate = f"{factor * value:+.2f} +/- {half:.2f} {unit}"
+    print(f"{name:14s} {estimate}, ln evidence {evidence:+.1f}")

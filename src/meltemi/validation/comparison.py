@@ -158,8 +158,8 @@ def agreement(
         variance = squares.sum() / freedom * (1.0 + 1.0 / count)
         seeds = float(np.sum(variance)) / len(x) ** 2 / scale**2
         resolvable = quantile * np.sqrt(seeds + accuracy**2)
-        own = np.where(count > 1, squares / np.maximum(count - 1, 1), np.nan)
-        half = prediction_half(np.sqrt(own), count)
+        variances = np.where(count > 1, squares / np.maximum(count - 1, 1), np.nan)
+        half = prediction_half(np.sqrt(variances), count)
         covered = float(np.nanmean(np.where(np.isfinite(half), np.abs(mean - x) <= half, np.nan)))
     spread = float(np.std(deviation, ddof=1)) if len(x) > 1 else np.nan
     half_width = spread / np.sqrt(len(x)) * float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(len(x) - 1, 1)))

@@ -29,7 +29,7 @@ def plot_capture_matrix(matrix: NDArray[np.intp], what: str = "") -> Figure:
     """
     figure, axes = new_figure(1, size=(9.0, 4.8))
     ax = axes[0, 0]
-    colours = LinearSegmentedColormap.from_list("records", ["#ffffff", COLOURS[3]])
+    colours = LinearSegmentedColormap.from_list("records", ["white", COLOURS[3]])
     ax.pcolormesh(matrix, cmap=colours, vmin=0, vmax=max(int(matrix.max(initial=0)), 1), edgecolors="white")
     for i, j in zip(*np.nonzero(matrix), strict=True):
         ax.text(j + 0.5, i + 0.5, str(matrix[i, j]), ha="center", va="center", color=INK, fontsize=8.0)
@@ -49,7 +49,8 @@ def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]
       statistics: channels and their statistics, one panel each.
     """
     columns = min(len(statistics), 3)
-    figure, axes = new_figure(-(-len(statistics) // columns), columns, size=(10.0, 7.0), share=False)
+    rows = -(-len(statistics) // columns)
+    figure, axes = new_figure(rows, columns, size=(10.0, 3.5 * rows), share=False)
     for ax in axes.flat[len(statistics) :]:
         ax.set_visible(False)
     for ax, (name, statistic) in zip(axes.flat, statistics, strict=False):
@@ -69,7 +70,8 @@ def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]
 
 def plot_spectra(comparison: Comparison) -> Figure:
     """Mean spectra over records, measured and of all seeds."""
-    figure, axes = new_figure(-(-len(comparison.channels) // 2), 2, size=(10.0, 7.0), share=False)
+    rows = -(-len(comparison.channels) // 2)
+    figure, axes = new_figure(rows, 2, size=(10.0, 3.5 * rows), share=False)
     frequency = np.sqrt(BANDS[1:] * BANDS[:-1])
     for ax in axes.flat[len(comparison.channels) :]:
         ax.set_visible(False)

@@ -31,6 +31,7 @@ def validate(
     out: OutOption = Path("out"),
 ) -> None:
     """Compare measured ten-minute records with simulations in the wind that was measured: report, tables."""
+    need("meltemi validate", "pandas", "python-docx")
     from meltemi.cases.case import read_case
     from meltemi.core.fingerprint import fingerprint
     from meltemi.reports.blocks import Section
@@ -46,7 +47,6 @@ def validate(
     from meltemi.validation.settings import read_validation
     from meltemi.validation.simulations import Simulator, compared_channels, gauges_of, simulate_records
 
-    need("meltemi validate", "pandas", "python-docx")
     settings = read_validation(file)
     settings = settings if seeds is None else settings.replace(seeds=seeds)
     place, data = file.parent / settings.case, file.parent if data is None else data
