@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from terminal import Command, refused
 
 from meltemi.simulation.result import Result
+from meltemi.tuning.run_store import run_store
 from meltemi.validation import simulations
 from meltemi.validation.reduction import STATISTICS, ReducedRecord
 from meltemi.validation.settings import read_validation
@@ -275,3 +276,18 @@ def test_report_tables_and_interruption(command: Command, tmp_path: Path, monkey
     bias = 100.0 * (float(power["simulated"]) / float(power["measured"]) - 1.0)
     assert float(power["bias [%]"]) == pytest.approx(bias, abs=0.3) and abs(bias) < 15.0
     assert (power["records"], power["seeds"]) == ("2", "2")
+
+
+@pytest.mark.slow
+def test_a_gauge_is_read_anew_from_the_runs_of_a_study(tmp_path: Path) -> None:
+    file, flap = prepare(tmp_path, {"u": np.empty(0)}, loggers=loggers(), turbulence=FIELD), "root_moment_flap_1"
+    simulator = simulations.Simulator.of(read_validation(file).replace(seeds=1, transient=20.0), load_case(), tmp_path)
+    record = measured(simulator, 8.0, 1, 30.0, {})
+    changed = simulator.at([f"gauge_gain.{flap}", f"gauge_zero.{flap}"], [0.1, 2e5])
+    with run_store(tmp_path, "study"):
+        before, after = (
+            simulations.simulate_records(each, [record], [flap])[0][0].simulated[0].values[flap]
+            for each in (simulator, changed)
+        )
+    mean, std = (STATISTICS.index(name) for name in ("mean", "std"))
+    assert after[mean] == pytest.approx(1.1 * before[mean] + 2e5) and after[std] == pytest.approx(1.1 * before[std])
