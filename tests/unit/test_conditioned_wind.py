@@ -464,6 +464,17 @@ def test_the_variance_is_that_of_the_sensors_or_of_the_wind() -> None:
     assert far[0][0] > 1.5 * far[1][0] and far[0][1:] == pytest.approx(far[1][1:])
 
 
+def test_a_short_series_of_a_right_model_keeps_its_level() -> None:
+    """The expected variance of 40 s of an endless wind is 0.7 of that of a periodic one of the field's length."""
+    time = WIND.dt * np.arange(200)
+    f, variances = amplitude_variances(WIND, GRID.hub_height, 2**17)
+    turns = np.sin(200 * np.pi * f * WIND.dt) / (200 * np.sin(np.pi * f * WIND.dt))
+    expected = 2.0 * np.sum(variances[0] * (1.0 - turns**2))
+    x = np.random.default_rng(0).standard_normal(200)
+    cup = Sensor(height=GRID.z[4], time=time, speed=10.0 + np.sqrt(expected) * (x - x.mean()) / np.std(x))
+    assert conditioned_fields([cup], WIND, GRID, 40.0).factor[0] == pytest.approx(1.0, abs=0.02)
+
+
 # input
 
 
