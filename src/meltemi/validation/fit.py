@@ -50,6 +50,8 @@ YAW_STEP = np.radians(2.0)
 PLACES = [STATISTICS.index(each) for each in HEADLINE]
 ZERO = np.array([1.0, 0.0, 0.0])
 """Derivatives of the statistics of the first page by the zero of a gauge."""
+LEAST_FREEDOM = 8
+"""Degrees of freedom of the covariance of the seeds below which a fit would be certain of anything."""
 MOST_STEPS, CONVERGED = 4, 0.05
 """Steps of Gauss and Newton, and the step over the posterior standard deviation at which they end."""
 
@@ -72,7 +74,8 @@ def check_fit(simulator: Simulator, records: Sequence[MeasuredRecord], parameter
     """Refuse, before the simulations, a fit of parameters that is not possible.
 
     Raises:
-      InputError: there are less than two records, or the controller has no derivatives.
+      InputError: there are less than two records, the controller has no derivatives, or records and seeds are too few
+        to know how the winds differ.
     """
     if not parameters:
         return
@@ -80,6 +83,12 @@ def check_fit(simulator: Simulator, records: Sequence[MeasuredRecord], parameter
         raise InputError("fit: at least two records are needed: one half is fitted, the other one judged")
     if controller := case_controller(simulator.case, simulator.model(None), simulator.folder):
         update_with_derivatives(controller)
+    fitted_half = -(-len(records) // 2)
+    if (freedom := fitted_half * (simulator.settings.seeds - 1)) < LEAST_FREEDOM:
+        raise InputError(
+            f"fit: {len(records)} records with {simulator.settings.seeds} seeds do not show how the winds differ: "
+            f"half of the records times (seeds - 1) must be at least {LEAST_FREEDOM}, found {freedom}; give more --seeds"
+        )
 
 
 def prior(name: str, settings: Validation, comparison: Comparison) -> float:
