@@ -209,7 +209,7 @@ def test_an_unknown_parameter(validated: Refused, tmp_path: Path) -> None:
 
 def test_a_fit_of_too_few_seeds(validated: Refused, tmp_path: Path) -> None:
     prepare(tmp_path)
-    validated("must be at least 8, found 1; give more --seeds", options=("--fit", "drag"))
+    validated("must be at least 8, found 1; give --seeds", options=("--fit", "drag"))
 
 
 def test_a_fit_of_one_record(validated: Refused, tmp_path: Path) -> None:

@@ -87,7 +87,7 @@ def check_fit(simulator: Simulator, records: Sequence[MeasuredRecord], parameter
     if (freedom := fitted_half * (simulator.settings.seeds - 1)) < LEAST_FREEDOM:
         raise InputError(
             f"fit: {len(records)} records with {simulator.settings.seeds} seeds do not show how the winds differ: "
-            f"half of the records times (seeds - 1) must be at least {LEAST_FREEDOM}, found {freedom}; give more --seeds"
+            f"half of the records times (seeds - 1) must be at least {LEAST_FREEDOM}, found {freedom}; give --seeds"
         )
 
 
