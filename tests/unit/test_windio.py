@@ -546,7 +546,7 @@ def test_an_import_has_gains_of_its_own(path: Path, monkeypatch: pytest.MonkeyPa
     """The library has gains of the same rule; those by similarity are for twice the frequency, without margins."""
     extra = {key: value for key, value in read_mapping(EXTRA).items() if key != "control"}
     similar = import_windio(path, extra)
-    found = gains.with_own_gains(similar, {"torque.slip": 0.07})
+    found = gains.with_tuned_gains(similar, {"torque.slip": 0.07})
     assert found.turbine.control.torque.slip == 0.07
     own, library = (t.control.pitch for t in (found.turbine, meltemi.load_turbine("iea15mw")))
     assert own.integral_gain == pytest.approx(library.integral_gain, rel=0.03)
@@ -557,8 +557,8 @@ def test_an_import_has_gains_of_its_own(path: Path, monkeypatch: pytest.MonkeyPa
         raise InputError("no margins")
 
     monkeypatch.setattr(gains, "tune_baseline", fails)
-    assert gains.with_own_gains(similar, {}).turbine == similar.turbine
-    assert "margins unknown (no margins)" in str(gains.with_own_gains(similar, {}).notes)
+    assert gains.with_tuned_gains(similar, {}).turbine == similar.turbine
+    assert "margins unknown (no margins)" in str(gains.with_tuned_gains(similar, {}).notes)
 
 
 def test_extra_numbers_of_the_drivetrain_are_checked_before_they_are_used(path: Path, tmp_path: Path) -> None:

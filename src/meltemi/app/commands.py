@@ -28,7 +28,7 @@ SECTIONS = {
     "Control": "compare bench-controller export-controller export-rosco export-linear",
     "Platforms": "hydro rao",
     "Other programs": "import export export-fmu",
-    "Verification": "verify reproduce bench",
+    "Verification": "validate verify reproduce bench",
     "Help and files": "docs template warmup",
 }
 """Commands of the help, by what they are for; those of other packages come last."""
