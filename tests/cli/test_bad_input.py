@@ -176,7 +176,7 @@ def case_message(command: Command, tmp_path: Path, text: str) -> str:
     ("old", "new", "said"),
     [
         ("duration: 5.0", "duratoin: 5.0", "FILE:3: duratoin: unknown key; did you mean 'duration'"),
-        ("duration: 5.0", "", "FILE: duration: missing ([s; 1 to 1e5].)"),
+        ("duration: 5.0", "", "FILE: duration: missing ([s; 1 to 1e5] duration.)"),
         ("duration: 5.0", "duration: 0.0", "FILE:3: duration: expected greater than 0, found 0.0"),
         ("duration: 5.0", "duration: -5.0", "FILE:3: duration: expected greater than 0, found -5.0"),
         ("duration: 5.0", "duration: .nan", "FILE:3: duration: expected a finite number"),

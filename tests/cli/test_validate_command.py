@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import csv
+import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from numpy.typing import NDArray
 from terminal import Command, refused
 
@@ -75,8 +75,8 @@ def prepare(
     stamps = {"column": "t", "form": "posix"}
     known = {"one": {"time": stamps, "channels": channels or {**WIND, **MACHINE}}}
     content = {"case": "case.yaml", "channels": {"loggers": loggers or known}, "seeds": 2, **settings}
-    (folder / "case.yaml").write_text(yaml.safe_dump(CASE if case is None else case))
-    (folder / "v.yaml").write_text(yaml.safe_dump(content, sort_keys=False))
+    (folder / "case.yaml").write_text(json.dumps(CASE if case is None else case))
+    (folder / "v.yaml").write_text(json.dumps(content, sort_keys=False))
     (folder / "records").mkdir()
     data = columns(2) if data is None else data
     for k in range(len(data["u"]) // N):
