@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from meltemi.validation.comparison import Comparison
-from meltemi.validation.fit import GAUGE_GAIN, GAUGE_ZERO, PRIORS, fitted
+from meltemi.validation.fit import GAUGE_GAIN, GAUGE_ZERO, PRIORS, fitted, linear
 from meltemi.validation.settings import Validation
 from meltemi.validation.simulations import Simulator, simulate_records
 from simulated_measurement import FIELD, MACHINE, channel_map, load_case, measured
@@ -42,3 +42,18 @@ def normalised_errors(number: int) -> np.ndarray:
 def test_intervals_contain_the_truth() -> None:
     errors = np.array([normalised_errors(number) for number in range(1, SETS + 1)])
     assert np.sum(np.abs(errors) < 1.96) >= 19, errors
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "step"), [("drag", 2e-3), ("air_density", 1e-3), (f"gauge_gain.{FLAP}", 1e-3)])
+def test_derivatives_hold_where_parameters_are_changed_already(name: str, step: float) -> None:
+    """Derivatives hold the start, which a difference moves: it is forgotten after 90 s."""
+    settings = Validation(case="", channels=channel_map(), seeds=1, transient=90.0, turbulence=FIELD)
+    simulator = Simulator.of(settings, load_case(), Path())
+    record = measured(simulator, 8.0, 1, 30.0, {})
+    prepared = [simulator.prepared(record, list(MACHINE))]
+    low, at, high = (
+        linear(simulator.at([name], [0.3 + change]), prepared, list(MACHINE), [name]) for change in (-step, 0.0, step)
+    )
+    difference = (high.values - low.values)[0, :, 0] / (2.0 * step)
+    np.testing.assert_allclose(at.slopes[0, :, 0, 0], difference, rtol=0.02, atol=0.003 * np.abs(difference).max())

@@ -153,6 +153,8 @@ def linear(
                 if parameter in of_model:
                     k = of_model.index(parameter)
                     scale = derived.values[k] if parameter == "air_density" else 1.0
+                    if parameter != "pitch_offset":  # the run's factor is relative to what is changed already
+                        scale /= 1.0 + simulator.parameters.get(parameter, 0.0)
                     slopes[c, :, p] = (1.0 + gain) * scale * by[:, k]
                 elif parameter == "yaw_error":
                     low, high = (side.values[name][PLACES] for side in sides)
