@@ -155,7 +155,7 @@ def rows(path: Path) -> dict[tuple[str, ...], float]:
 
 @pytest.mark.slow
 def test_only_measurements(tmp_path: Path) -> None:
-    with pytest.raises(meltemi.InputError, match="of its own"):
+    with pytest.raises(meltemi.InputError, match="excludes the other options"):
         verification(measured=True, quick=True)
     report = verification(measured=True)
     assert [table.name for table in report.tables] == ["uae attached", "uae stalled"]
