@@ -318,20 +318,24 @@ def sections(
     progress: Callable[[float], None] | None = None,
 ) -> Iterator[Section]:
     """Sections of a report: sensitivities over ``why`` records; a fit on half of the records, judged on the others."""
-    compared = [each.name for each in comparison.records]
-    prepared = [simulator.prepared(each, comparison.channels) for each in records if each.name in compared]
+    by_name = {each.name: each for each in records}
+    measured = [by_name[each.name] for each in comparison.records]
+
+    def prepared(rows: Sequence[int]) -> list[Prepared]:
+        return [simulator.prepared(measured[k], comparison.channels) for k in rows]
+
     if why:
-        order = np.argsort([each.conditions.wind.speed for each in prepared])
-        chosen = [prepared[i] for i in order[np.linspace(0, len(order) - 1, min(why, len(order))).round().astype(int)]]
+        order = np.argsort([each.wind_speed for each in comparison.records])
+        chosen = prepared(order[np.linspace(0, len(order) - 1, min(why, len(order))).round().astype(int)].tolist())
         try:
             yield Section("Why", [why_table(simulator, chosen, comparison, workers, progress)])
         except MeltemiError as error:
             yield Section("Why", [f"No sensitivities: {error}"])
     if parameters:
-        half, rest = ([*range(first, len(prepared), 2)] for first in (0, 1))
+        half, rest = ([*range(first, len(measured), 2)] for first in (0, 1))
         try:
-            found = fitted(simulator, [prepared[k] for k in half], comparison.some(half), parameters, progress, workers)
-            judged = [prepared[k] for k in rest]
+            found = fitted(simulator, prepared(half), comparison.some(half), parameters, progress, workers)
+            judged = [measured[k] for k in rest]
             yield Section("Fit", [*fit_tables(simulator, found, judged, comparison.some(rest), workers)])
         except MeltemiError as error:
             yield Section("Fit", [f"No fit: {error}"])
@@ -365,7 +369,11 @@ def _shown(name: str, value: float) -> str:
 
 
 def fit_tables(
-    simulator: Simulator, found: Posterior, judged: Sequence[Prepared], comparison: Comparison, workers: int | None
+    simulator: Simulator,
+    found: Posterior,
+    judged: Sequence[MeasuredRecord],
+    comparison: Comparison,
+    workers: int | None,
 ) -> Iterator[str | Table]:
     """The posterior, and the judged half before and after."""
     quantile = 1.96
@@ -379,6 +387,6 @@ def fit_tables(
     yield "A logarithm of the evidence above 3 speaks strongly for a parameter; below 0 the data do not need it."
     yield agreement_table(headline(comparison.agreements(), comparison.channels), "Other half of the records, no fit")
     after = simulator.at(found.parameters, found.estimate)
-    records, _ = simulate_records(after, [each.record for each in judged], comparison.channels, workers=workers)
+    records, _ = simulate_records(after, judged, comparison.channels, workers=workers)
     judged_after = replace(comparison, records=tuple(records))
     yield agreement_table(headline(judged_after.agreements(), comparison.channels), "Other half, with the fit")
