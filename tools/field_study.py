@@ -143,7 +143,7 @@ def blocks(power: np.ndarray, wind: np.ndarray) -> tuple[float, float]:
 def run(folder: Path) -> Iterator[dict[str, Any]]:
     """Rows of the comparison, of its experiments, and of what the records say of drive and wind."""
     base, records = simulator(folder)
-    names = compared_channels(base.settings, base.turbine)
+    names = compared_channels(base.settings)
     for name, (some, pattern) in experiments(base, records).items():
         compared, failed = simulate_records(some, [r for r in records if fnmatch(r.file, pattern)], names)
         print(name, failed, flush=True)

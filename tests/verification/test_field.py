@@ -45,7 +45,7 @@ def test_two_records_have_the_deviations_of_the_page(reference: Path, tmp_path: 
         pytest.skip(f"needs the records of the SWiFT site in {field_study.SWIFT}")
     page = Study(rows()).of
     base, records = field_study.simulator(tmp_path, seeds=1)
-    names = field_study.compared_channels(base.settings, base.turbine)
+    names = field_study.compared_channels(base.settings)
     chosen = [r for r in records if r.file in ("neutral_03.csv", "stable_05.csv")]
     compared, failed = simulate_records(base, chosen, names)
     assert not failed and len(compared) == 2

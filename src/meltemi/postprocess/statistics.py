@@ -47,8 +47,13 @@ def azimuthal_averages(result: Result, name: str) -> Float:
 
 def azimuth_bins(result: Result, name: str, n: int = 36) -> Float:
     """(n,) averages of a channel in azimuth bins; NaN for an empty bin."""
-    which = np.minimum((result["azimuth"] % (2.0 * np.pi) / (2.0 * np.pi) * n).astype(int), n - 1)
-    total = np.bincount(which, weights=result[name], minlength=n)
+    return sector_means(result["azimuth"], result[name], n)
+
+
+def sector_means(azimuth: Float, x: Float, n: int) -> Float:
+    """(n,) averages of x (T,) in sectors of the azimuth (T,) [rad]; NaN for an empty one."""
+    which = np.minimum((azimuth % (2.0 * np.pi) / (2.0 * np.pi) * n).astype(int), n - 1)
+    total = np.bincount(which, weights=x, minlength=n)
     count = np.bincount(which, minlength=n)
     with np.errstate(invalid="ignore"):
         means: Float = total / count

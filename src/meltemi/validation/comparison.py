@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from meltemi.environment.site import STANDARD
 from meltemi.validation.reduction import RANGE_ONLY, STATISTICS, ReducedRecord
 
 Float = NDArray[np.float64]
@@ -20,8 +21,6 @@ CONFIDENCE = 0.95
 """Of all intervals, two-sided."""
 BIN = 0.5
 """[m/s] width of the bins of a power curve (IEC 61400-12-1)."""
-REFERENCE_DENSITY = 1.225
-"""[kg/m^3] to which wind speeds of a power curve are normalised."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +208,7 @@ def power_curve(comparison: Comparison, channel: str = "generator_power") -> lis
     """Measured and simulated power in bins of 0.5 m/s of the wind speed at 1.225 kg/m^3 (V-18, IEC 61400-12-1)."""
     measured, simulated = comparison.values(channel, "mean")
     mean = np.array([np.nan if np.isnan(y).all() else np.nanmean(y) for y in simulated])
-    speed = np.array([r.wind_speed * (r.air_density / REFERENCE_DENSITY) ** (1.0 / 3.0) for r in comparison.records])
+    speed = np.array([r.wind_speed * (r.air_density / STANDARD) ** (1.0 / 3.0) for r in comparison.records])
     number = np.floor(speed / BIN + 0.5)
     bins = []
     for k in np.unique(number[np.isfinite(measured + mean)]):

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load
+from meltemi.postprocess.statistics import sector_means
 from meltemi.simulation.result import Result
 from meltemi.validation.measurements import Signal
 
@@ -95,9 +96,7 @@ def reduce_record(signals: Mapping[str, Signal], names: Sequence[str]) -> Reduce
         values[name] = np.array([x.mean(), x.std(), x.min(), x.max(), *loads, *orders])
         spectra[name] = _densities(filled, 1.0 / signal.rate)
         if turned is not None and "azimuth" in signals:
-            sector = (turned % (2.0 * np.pi) / (2.0 * np.pi) * SECTORS).astype(int) % SECTORS
-            count = np.bincount(sector, minlength=SECTORS)
-            sectors[name] = np.where(count, np.bincount(sector, filled, SECTORS) / np.maximum(count, 1), np.nan)
+            sectors[name] = sector_means(turned, filled, SECTORS)
     return ReducedRecord(values, spectra, sectors)
 
 

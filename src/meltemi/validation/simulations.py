@@ -161,7 +161,7 @@ class Simulator:
 
 def points_across(turbine: Turbine) -> int:
     """Points of a wind field across: an odd number, at most ``SPACING`` apart where 25 of them allow it."""
-    return min(max(2 * math.ceil(0.5 * WIDTH * 2.0 * turbine.rotor_radius / SPACING) + 1, 9), 25)
+    return min(max(2 * math.ceil(0.5 * WIDTH * turbine.rotor_diameter / SPACING) + 1, 9), 25)
 
 
 def field_of(
@@ -172,7 +172,7 @@ def field_of(
     return replace(box, direction=box.direction + turn)
 
 
-def compared_channels(settings: Validation, turbine: Turbine) -> tuple[str, ...]:
+def compared_channels(settings: Validation) -> tuple[str, ...]:
     """Channels that are measured and simulated.
 
     Raises:

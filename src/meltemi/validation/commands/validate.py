@@ -51,7 +51,7 @@ def validate(
     settings = settings if seeds is None else settings.replace(seeds=seeds)
     place, data = file.parent / settings.case, file.parent if data is None else data
     simulator = Simulator.of(settings, read_case(place), place.parent)
-    names = compared_channels(settings, simulator.turbine)
+    names = compared_channels(settings)
     parameters = fitting.checked(fit or (), settings)
     with progress_bar("reading") as progress:
         progress(0.0)
