@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi import TurbulentWind
 from meltemi.cases.case import LoadCase
+from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.simulation.run import Run
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import wind_grid_for
@@ -86,6 +87,38 @@ def measured(
         gain, zero = (truth.get(f"{kind}.{name}", 0.0) for kind in ("gauge_gain", "gauge_zero"))
         add(name, time, (1.0 + gain) * x + zero, 0.002 * float(np.std(x)), 1.0 / STEP)
     return MeasuredRecord(BEGIN, length, f"{seed}.csv", signals)
+
+
+STATISTICS = {"mean": np.mean, "std": np.std, "min": np.min, "max": np.max}
+
+
+def statistics_channels() -> dict[str, Any]:
+    """Channels of a table with a row for ten minutes: columns such as ``P_mean``."""
+    wind = {"statistics": {"mean": "u_mean", "std": "u_std"}, "unit": "m/s", "component": "speed", "height": HUB}
+    channels: dict[str, Any] = {"wind_speed": wind}
+    for name, sensor in MACHINE.items():
+        columns = {each: f"{sensor['column']}_{each}" for each in (*STATISTICS, "DEL, m = 10")}
+        channels[name] = {"statistics": columns, "unit": sensor["unit"], "kind": sensor["kind"]}
+    return channels
+
+
+def write_statistics(path: Path, simulator: Simulator, winds: Sequence[tuple[float, float]]) -> None:
+    """A table of the turbine's ten-minute statistics in random fields of these mean speeds and intensities."""
+    transient, grid, rows = simulator.settings.transient, wind_grid_for(simulator.turbine, POINTS), []
+    for k, (speed, intensity) in enumerate(winds):
+        wind = TurbulentWind(speed=speed, intensity=intensity, seed=101 + k, points=POINTS, dt=DT)
+        box = generate_field(wind, grid, transient + 600.0)
+        inside = (box.passing >= transient) & (box.passing < transient + 600.0)
+        run = Run(simulator.model(None), box, duration=transient + 600.0, channels=(*MACHINE,), transient=transient)
+        result = result_of(run)
+        u = box.velocity[inside][:, *grid.hub, 0].astype(float)
+        row = [BEGIN + 600.0 * k, u.mean(), u.std()]
+        for name in MACHINE:
+            x = result[name][result.time >= transient]
+            row += [*(of(x) for of in STATISTICS.values()), damage_equivalent_load(x, duration=600.0, slope=10.0)]
+        rows.append(row)
+    columns = [column for sensor in statistics_channels().values() for column in sensor["statistics"].values()]
+    np.savetxt(path, rows, fmt="%.8g", delimiter=";", header=";".join(["t", *columns]), comments="")
 
 
 def write_records(folder: Path, records: Sequence[MeasuredRecord]) -> None:

@@ -18,7 +18,15 @@ from meltemi.tuning.run_store import run_store
 from meltemi.validation import simulations
 from meltemi.validation.reduction import STATISTICS, ReducedRecord
 from meltemi.validation.settings import read_validation
-from simulated_measurement import FIELD, load_case, loggers, measured, write_records
+from simulated_measurement import (
+    FIELD,
+    load_case,
+    loggers,
+    measured,
+    statistics_channels,
+    write_records,
+    write_statistics,
+)
 
 Float = NDArray[np.float64]
 N = 600
@@ -228,6 +236,39 @@ def test_a_turbine_without_blades(validated: Refused, tmp_path: Path) -> None:
     validated("meltemi validate")
 
 
+def statistics(folder: Path, sensors: dict[str, Any], text: str = "t,v,sv,P\n0,8,0.8,1500\n600,9,0.9,2100\n") -> None:
+    """The file of a validation by a table of ten-minute statistics; the power has no extremes."""
+    wind = {"statistics": {"mean": "v", "std": "sv"}, "unit": "m/s", "component": "speed", "height": 90.0}
+    power = {"statistics": {"mean": "P"}, "unit": "kW", "kind": "power"}
+    channels = {"wind_speed": wind, "generator_power": power, **sensors}
+    prepare(folder, {"u": np.empty(0)}, channels=channels)
+    (folder / "records" / "scada.csv").write_text(text)
+
+
+def test_statistics_with_a_wrong_column(validated: Refused, tmp_path: Path) -> None:
+    statistics(tmp_path, {"rotor_speed": {"statistics": {"mean": "n_avg"}, "unit": "rpm", "kind": "rpm"}})
+    validated("scada.csv: no column 'n_avg' for rotor_speed")
+
+
+def test_statistics_with_swapped_columns(validated: Refused, tmp_path: Path) -> None:
+    power = {"statistics": {"mean": "P", "min": "v"}, "unit": "kW", "kind": "power"}
+    wind = {"mean": "sv", "std": "v", "min": "v"}
+    place = {"unit": "m/s", "component": "speed", "height": 90.0}
+    statistics(tmp_path, {"generator_power": power, "wind_speed": {"statistics": wind, **place}})
+    validated("no record can be compared", "wind_speed (sv): the mean is not between minimum and maximum; correct the")
+
+
+def test_statistics_without_one_that_is_needed(validated: Refused, tmp_path: Path) -> None:
+    wind = {"statistics": {"mean": "v"}, "unit": "m/s", "component": "speed", "height": 90.0}
+    statistics(tmp_path, {"wind_speed": wind})
+    validated("v.yaml", "wind: wind_speed needs mean and std to define the wind; std is missing")
+
+
+def test_statistics_in_a_wrong_unit(validated: Refused, tmp_path: Path) -> None:
+    statistics(tmp_path, {}, "t,v,sv,P\n0,8,0.8,1500000\n600,9,0.9,2100000\n")
+    validated("no record can be compared", "generator_power: column 'P' in kW reaches", "times 0.001 it would fit")
+
+
 def test_no_wind_upwind(validated: Refused, tmp_path: Path) -> None:
     behind = {"wind_speed": {"column": "u", "unit": "m/s", "component": "speed", "height": 90.0, "upwind": -5.0}}
     prepare(tmp_path, channels={**behind, **MACHINE})
@@ -281,6 +322,34 @@ def test_report_tables_and_interruption(command: Command, tmp_path: Path, monkey
     bias = 100.0 * (float(power["simulated"]) / float(power["measured"]) - 1.0)
     assert float(power["bias [%]"]) == pytest.approx(bias, abs=0.3) and abs(bias) < 15.0
     assert (power["records"], power["seeds"]) == ("2", "2")
+
+
+@pytest.mark.slow
+def test_statistics_of_a_right_and_a_wrong_model(command: Command, tmp_path: Path) -> None:
+    """Nothing is outside for the model that made the table; power and thrust are with air that is 10 % too thin."""
+    logger = {"one": {"time": {"column": "t", "form": "posix"}, "channels": statistics_channels()}}
+    field = {"points": FIELD["points"], "dt": FIELD["dt"]}
+    file = prepare(tmp_path, {"u": np.empty(0)}, loggers=logger, seeds=4, turbulence=field)
+    simulator = simulations.Simulator.of(read_validation(file), load_case(), tmp_path)
+    winds = [(6.5, 0.14), (7.5, 0.12), (8.5, 0.12), (9.5, 0.1), (10.5, 0.11), (14.0, 0.1)]
+    write_statistics(tmp_path / "records" / "scada.csv", simulator, winds)
+    thin = tmp_path / "thin.yaml"
+    thin.write_text(json.dumps({**json.loads(file.read_text()), "conditions": {"*": {"air_density": 1.1025}}}))
+    verdicts: list[dict[tuple[str, str], str]] = []
+    for each in (file, thin):
+        out = tmp_path / f"out-{each.stem}"
+        ran = command("validate", each, "--data", tmp_path / "records", "--out", out, "--why", 0)
+        assert ran.status == 0, ran.err
+        with (out / "statistics.csv").open(newline="") as table:
+            verdicts.append({(r["channel"], r["statistic"]): r["verdict"] for r in csv.DictReader(table)})
+        page = (out / "report.html").read_text()
+        assert "The wind is known by its statistics only" in page and "Spectra" not in page
+        assert (out / "report.docx").is_file()
+    right, wrong = verdicts
+    assert {statistic for _, statistic in right} == {"mean", "std", "min", "max", "DEL, m = 10"}  # of the table
+    assert [v for (_, s), v in right.items() if s in ("mean", "std", "DEL, m = 10")] == ["inside"] * 12
+    for name in ("generator_power", "tower_base_moment_fore_aft"):
+        assert wrong[name, "mean"].startswith("outside by")
 
 
 @pytest.mark.slow

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Literal, Self
 from zoneinfo import ZoneInfo
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from meltemi.core.errors import did_you_mean
@@ -17,6 +19,8 @@ from meltemi.core.yamlfile import read_record
 from meltemi.postprocess.files.openfast import UNITS, si_unit
 from meltemi.simulation.channels import Channel, every_kind
 
+Statistic = Literal["mean", "std", "min", "max", "DEL, m = 4", "DEL, m = 10"]
+"""Statistics of ten minutes, by their names in reports."""
 Kind = Literal["sonic", "cup", "vane", "gauge", "power", "rpm", "position", "acceleration", "other"]
 FURTHER_UNITS = {"%": ("-", 0.01), "hPa": ("Pa", 100.0), "mV/V": ("mV/V", 1.0), "V": ("V", 1.0)}  # SI unit, factor
 NACELLE = "nacelle_direction"
@@ -32,8 +36,11 @@ def known_channel(name: str) -> Channel | None:
 class Sensor(Record):
     """A column of a file and what it measures: value = sign (gain x + offset), in ``unit``."""
 
-    column: str
+    column: str = ""
     """Name of the column, with its group or structure if it has one: ``mast/u_32m``."""
+    statistics: dict[Statistic, str] = Field(default_factory=dict)
+    """In place of it, of a table with one row for ten minutes: the column of each statistic, as in
+    ``{mean: P_avg, std: P_std}``."""
     unit: str
     """Unit of the value: kN m, rpm, deg, mV/V ..."""
     kind: Kind = "other"
@@ -60,6 +67,24 @@ class Sensor(Record):
     def si(self) -> tuple[str, float]:
         """SI unit and the factor to it."""
         return FURTHER_UNITS.get(self.unit) or si_unit(self.unit)
+
+    @property
+    def label(self) -> str:
+        """Its column, or the first one of its statistics."""
+        return self.column or next(iter(self.statistics.values()))
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if bool(self.column) == bool(self.statistics):
+            raise ValueError(
+                "give column; or statistics, with the column of each, for a table of ten-minute statistics"
+            )
+        return self
+
+    def in_si(self, x: NDArray[np.float64], statistic: Statistic | None = None) -> NDArray[np.float64]:
+        """SI values of numbers (T,) of the column, or of a statistic: the spread of a channel has no offset."""
+        spread = statistic and statistic not in ("mean", "min", "max")
+        return (self.gain * x if spread else self.sign * (self.gain * x + self.offset)) * self.si[1]
 
     @field_validator("unit")
     @classmethod
@@ -110,7 +135,11 @@ class Logger(Record):
 
     files: str = "*"
     """Pattern of the names of its files in the folder: ``mast_*.csv``."""
-    time: TimeStamps
+    statistics: dict[Statistic, str] = Field(default_factory=dict)
+    """In place of it, the file of each ten-minute statistic, as in ``{mean: means.csv, std: deviations.csv}``; all have
+    the same columns and rows."""
+    time: TimeStamps | None = None
+    """Needed but for statistics, whose rows are numbered without it."""
     missing: tuple[float, ...] = ()
     """Values that stand for a missing sample, such as -9999."""
     channels: dict[str, Sensor]
@@ -143,6 +172,35 @@ class Logger(Record):
                 )
         return known
 
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        of_columns = [bool(sensor.statistics) for sensor in self.channels.values()]
+        if any(of_columns) and (self.statistics or not all(of_columns)):
+            raise ValueError(
+                "statistics: either every channel names the columns of its statistics, or the logger the files"
+            )
+        if self.time is None and not self.statistical:
+            raise ValueError("time: the column of the time stamps is needed")
+        return self
+
+    @property
+    def statistical(self) -> bool:
+        """Whether its rows are ten-minute statistics."""
+        return bool(self.statistics) or any(sensor.statistics for sensor in self.channels.values())
+
+    @property
+    def statistics_file(self) -> str:
+        """The first one of the files of its statistics."""
+        return next(iter(self.statistics.values()), "")
+
+    def columns_of(self, sensor: Sensor) -> dict[Statistic | None, str]:
+        """Column of a sensor, or of its statistics; those of a file for each statistic are ``mean/P``."""
+        if not self.statistical:
+            return {None: sensor.column}
+        columns = sensor.statistics or {name: f"{name}/{sensor.column}" for name in self.statistics}
+        other: dict[Statistic, Statistic] = {"min": "max", "max": "min"} if sensor.sign < 0 else {}
+        return {other.get(name, name): column for name, column in columns.items()}
+
 
 class ChannelMap(Record):
     """All loggers of a measurement; a channel that two of them have compares their clocks."""
@@ -159,7 +217,24 @@ class ChannelMap(Record):
             raise ValueError("loggers: at least one channel is needed")
         if self.wind not in names:
             raise ValueError(f"wind: no channel {self.wind!r} in the map: {did_you_mean(self.wind, names)}")
+        loggers = self.loggers.values()
+        if self.statistical and not all(each.statistical and (each.time or len(loggers) == 1) for each in loggers):
+            raise ValueError(
+                "loggers: all have ten-minute statistics, with time stamps to join their rows, or none has"
+            )
+        known = next(self.loggers[key].columns_of(sensor) for name, key, sensor in self.sensors() if name == self.wind)
+        if self.statistical and (lacking := {"mean", "std"} - known.keys()):
+            raise ValueError(f"wind: {self.wind} needs mean and std to define the wind; {min(lacking)} is missing")
         return self
+
+    @property
+    def statistical(self) -> bool:
+        """Whether the measurement is ten-minute statistics, not series."""
+        return any(logger.statistical for logger in self.loggers.values())
+
+    def sensors_of(self, logger: str) -> dict[str, Sensor]:
+        """Sensors of a logger by channel."""
+        return {name: sensor for name, of, sensor in self.sensors() if of == logger}
 
     def sensors(self) -> Iterator[tuple[str, str, Sensor]]:
         """Channel, logger and sensor of all columns; a channel that another logger has, too, is ``channel@logger``."""

@@ -6,11 +6,11 @@ Reference: docs/theory/validation.md (V-14 to V-18).
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Self
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from meltemi.environment.site import STANDARD
@@ -25,53 +25,35 @@ BIN = 0.5
 
 @dataclass(frozen=True)
 class ComparedRecord:
-    """A measured record and its simulations.
+    """A measured record and its simulations."""
 
-    Attributes:
-      name: file and begin of the record.
-      wind_speed, turbulence, air_density, shear_exponent: [m/s, -, kg/m^3, -] of the simulations.
-      measured: reduced record.
-      simulated: of each seed.
-    """
-
-    name: str
-    wind_speed: float
-    turbulence: float
-    air_density: float
-    shear_exponent: float
+    name: str  # file and begin of the record
+    wind_speed: float  # [m/s] of the simulations, as the following
+    turbulence: float  # [-]
+    air_density: float  # [kg/m^3]
+    shear_exponent: float  # [-]
     measured: ReducedRecord = field(repr=False)
-    simulated: tuple[ReducedRecord, ...] = field(repr=False)
+    simulated: tuple[ReducedRecord, ...] = field(repr=False)  # of each seed
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of a statistic over records; deviations are simulated less measured, over the mean magnitude measured.
-
-    Attributes:
-      channel, statistic: names.
-      records, seeds: numbers.
-      measured, simulated: means over records, SI.
-      bias, half: mean deviation [-] and half-width of its interval over records.
-      scatter: standard deviation of the deviations [-].
-      slope, intercept, correlation: of the line of simulated over measured values.
-      resolvable: half-width [-] within which the bias of a right model lies, by seeds and sensors (V-16).
-      covered: share of the records whose measured value lies in the prediction interval of its seeds [-].
-    """
+    """Agreement of a statistic over records; deviations are simulated less measured over the mean magnitude measured."""
 
     channel: str
     statistic: str
     records: int
     seeds: int
-    measured: float
+    measured: float  # mean over records, SI
     simulated: float
-    bias: float
-    half: float
-    scatter: float
-    slope: float
+    bias: float  # mean deviation [-]
+    half: float  # half-width of its interval over records [-]
+    scatter: float  # standard deviation of the deviations [-]
+    slope: float  # of the line of simulated over measured values
     intercept: float
     correlation: float
-    resolvable: float
-    covered: float
+    resolvable: float  # half-width [-] within which the bias of a right model lies, by seeds and sensors (V-16)
+    covered: float  # share of the records whose measured value lies in the prediction interval of its seeds [-]
 
     @property
     def outside(self) -> float:
@@ -88,26 +70,18 @@ class Agreement:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All records of a validation.
+    """All records of a validation."""
 
-    Attributes:
-      records: in the order of time.
-      channels: compared channels.
-      range_only: channels of which zero and gain are not known, see :data:`RANGE_ONLY`.
-      accuracy: relative standard uncertainty of a sensor by channel [-].
-    """
-
-    records: tuple[ComparedRecord, ...]
+    records: tuple[ComparedRecord, ...]  # in the order of time
     channels: tuple[str, ...]
-    range_only: tuple[str, ...] = ()
-    accuracy: Mapping[str, float] = field(default_factory=dict)
+    range_only: tuple[str, ...] = ()  # channels of which zero and gain are not known, see :data:`RANGE_ONLY`
+    accuracy: Mapping[str, float] = field(default_factory=dict)  # relative standard uncertainty by channel [-]
 
     def values(self, channel: str, statistic: str) -> tuple[Float, Float]:
         """(R,) measured and (R, K) simulated values, NaN where there is none."""
         i = STATISTICS.index(statistic)
-        seeds = max((len(r.simulated) for r in self.records), default=0)
-        simulated = np.full((len(self.records), seeds), np.nan)
         measured = np.full(len(self.records), np.nan)
+        simulated = np.full((len(self.records), max((len(r.simulated) for r in self.records), default=0)), np.nan)
         for row, each in enumerate(self.records):
             if channel in each.measured.values:
                 measured[row] = each.measured.values[channel][i]
@@ -116,16 +90,19 @@ class Comparison:
 
     def agreements(self) -> list[Agreement]:
         """Of every channel and statistic with a value."""
-        result = []
-        for channel in self.channels:
-            for statistic in RANGE_ONLY if channel in self.range_only else STATISTICS:
-                each = agreement(channel, statistic, *self.values(channel, statistic), self.accuracy.get(channel, 0.0))
-                result += [each] if each else []
-        return result
+        pairs = [(c, s) for c in self.channels for s in (RANGE_ONLY if c in self.range_only else STATISTICS)]
+        every = (agreement(c, s, *self.values(c, s), self.accuracy.get(c, 0.0)) for c, s in pairs)
+        return [each for each in every if each]
 
     def some(self, rows: Sequence[int]) -> Self:
         """The comparison of some records."""
-        return type(self)(tuple(self.records[i] for i in rows), self.channels, self.range_only, self.accuracy)
+        return replace(self, records=tuple(self.records[i] for i in rows))
+
+
+def mean_of_known(x: Float, axis: int = -1) -> Float:
+    """Mean along an axis of what is not missing; NaN where everything is."""
+    count = np.isfinite(x).sum(axis)
+    return np.asarray(np.where(count, np.nansum(x, axis) / np.maximum(count, 1), np.nan))
 
 
 def agreement(
@@ -144,40 +121,29 @@ def agreement(
     scale = float(np.mean(np.abs(x))) if len(x) else 0.0
     if scale == 0.0:
         return None
-    count = np.isfinite(y).sum(axis=1)
-    mean = np.nanmean(y, axis=1)
-    squares = np.nansum((y - mean[:, None]) ** 2, axis=1)
-    freedom = int((count - 1).sum())
+    n, count, mean = len(x), np.isfinite(y).sum(axis=1), mean_of_known(y)
+    squares, freedom = np.nansum((y - mean[:, None]) ** 2, axis=1), int((count - 1).sum())
     deviation = (mean - x) / scale
-    line = stats.linregress(x, mean) if len(x) > 1 and np.ptp(x) > 0.0 else None
+    line = stats.linregress(x, mean) if n > 1 and np.ptp(x) > 0.0 else None
     resolvable = covered = np.nan
     if freedom > 0:
-        quantile = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
         # one seed more is what happened; records of one seed have the mean variance of the others, relative to level
         variance = squares.sum() / freedom * (1.0 + 1.0 / count)
-        seeds = float(np.sum(variance)) / len(x) ** 2 / scale**2
-        resolvable = quantile * np.sqrt(seeds + accuracy**2)
+        seeds = float(np.sum(variance)) / n**2 / scale**2
+        resolvable = float(student(freedom) * np.sqrt(seeds + accuracy**2))
         variances = np.where(count > 1, squares / np.maximum(count - 1, 1), np.nan)
         half = prediction_half(np.sqrt(variances), count)
         covered = float(np.nanmean(np.where(np.isfinite(half), np.abs(mean - x) <= half, np.nan)))
-    spread = float(np.std(deviation, ddof=1)) if len(x) > 1 else np.nan
-    half_width = spread / np.sqrt(len(x)) * float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, max(len(x) - 1, 1)))
-    return Agreement(
-        channel=channel,
-        statistic=statistic,
-        records=len(x),
-        seeds=int(count.max()),
-        measured=float(np.mean(x)),
-        simulated=float(np.mean(mean)),
-        bias=float(np.mean(deviation)),
-        half=half_width,
-        scatter=spread,
-        slope=line.slope if line else np.nan,
-        intercept=line.intercept if line else np.nan,
-        correlation=line.rvalue if line else np.nan,
-        resolvable=float(resolvable),
-        covered=covered,
-    )
+    scatter = float(np.std(deviation, ddof=1)) if n > 1 else np.nan
+    interval = scatter / np.sqrt(n) * float(student(max(n - 1, 1)))
+    means = float(np.mean(x)), float(np.mean(mean)), float(np.mean(deviation))
+    fitted = (line.slope, line.intercept, line.rvalue) if line else (np.nan, np.nan, np.nan)
+    return Agreement(channel, statistic, n, int(count.max()), *means, interval, scatter, *fitted, resolvable, covered)
+
+
+def student(freedom: ArrayLike) -> Float:
+    """Half-width of Student's interval over the standard error."""
+    return np.asarray(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
 
 
 def prediction_half(spread: Float, count: NDArray[np.intp]) -> Float:
@@ -187,12 +153,10 @@ def prediction_half(spread: Float, count: NDArray[np.intp]) -> Float:
       spread: (R,) standard deviation of the seeds.
       count: (R,) number of seeds.
     """
-    freedom = np.maximum(count - 1, 1)
-    return np.asarray(stats.t.ppf(0.5 + 0.5 * CONFIDENCE, freedom) * spread * np.sqrt(1.0 + 1.0 / count))
+    return np.asarray(student(np.maximum(count - 1, 1)) * spread * np.sqrt(1.0 + 1.0 / count))
 
 
-@dataclass(frozen=True)
-class PowerBin:
+class PowerBin(NamedTuple):
     """A bin of the power curve: normalised wind speed [m/s], number of records, measured and simulated power [W] with
     the standard uncertainties of their means (category A)."""
 
@@ -206,23 +170,12 @@ class PowerBin:
 
 def power_curve(comparison: Comparison, channel: str = "generator_power") -> list[PowerBin]:
     """Measured and simulated power in bins of 0.5 m/s of the wind speed at 1.225 kg/m^3 (V-18, IEC 61400-12-1)."""
-    measured, simulated = comparison.values(channel, "mean")
-    mean = np.array([np.nan if np.isnan(y).all() else np.nanmean(y) for y in simulated])
+    import pandas as pd
+
+    measured, seeds = comparison.values(channel, "mean")
     speed = np.array([r.wind_speed * (r.air_density / STANDARD) ** (1.0 / 3.0) for r in comparison.records])
-    number = np.floor(speed / BIN + 0.5)
-    bins = []
-    for k in np.unique(number[np.isfinite(measured + mean)]):
-        some = (number == k) & np.isfinite(measured + mean)
-        n = int(some.sum())
-        halves = [float(np.std(p[some], ddof=1) / np.sqrt(n)) if n > 1 else np.nan for p in (measured, mean)]
-        bins.append(
-            PowerBin(
-                float(speed[some].mean()),
-                n,
-                float(measured[some].mean()),
-                halves[0],
-                float(mean[some].mean()),
-                halves[1],
-            )
-        )
-    return bins
+    table = pd.DataFrame({"speed": speed, "measured": measured, "simulated": mean_of_known(seeds)}).dropna()
+    bins = table.groupby(np.floor(table["speed"] / BIN + 0.5))
+    mean, error = bins.mean(), bins.sem()
+    columns = (mean["speed"], bins.size(), mean["measured"], error["measured"], mean["simulated"], error["simulated"])
+    return [PowerBin(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]

@@ -24,6 +24,8 @@ from meltemi.wind.turbulent import TurbulentWind
 
 TEMPERATURE, PRESSURE, HUMIDITY = "air_temperature", "air_pressure", "humidity"
 """Channels of the density [K, Pa, -]."""
+DENSITY, SHEAR = "air_density", "shear_exponent"
+"""Channels [kg/m^3, -] that are measured or known otherwise, such as by the columns of a table of statistics."""
 
 
 class SiteConditions(Record):
@@ -110,7 +112,8 @@ def conditions_of(
                          "leave those out that are not at one distance")  # fmt: skip
     try:
         sensors = tuple(WindSensor(height=height, across=across, **x) for (height, across), x in masts.items())
-        wind = measured_wind(sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **turbulence)
+        shear = _mean(record, SHEAR) if given.shear_exponent is None else given.shear_exponent
+        wind = measured_wind(sensors, hub_height, shear_exponent=shear, veer=given.veer, **turbulence)
     except InputError as error:
         raise InputError(f"{record.file}: {error}") from None
     return RecordConditions(sensors, wind, distances.pop(), _density(record, given))
@@ -118,9 +121,15 @@ def conditions_of(
 
 def _density(record: MeasuredRecord, given: SiteConditions) -> float | None:
     """[kg/m^3] (V-20); None if neither given nor measured."""
-    mean = {name: float(np.nanmean(record[name].values)) for name in (TEMPERATURE, PRESSURE, HUMIDITY)
-            if name in record.signals and len(record[name].finite)}  # fmt: skip
-    pressure = mean.get(PRESSURE, given.pressure)
-    if given.air_density is not None or TEMPERATURE not in mean or pressure is None:
-        return given.air_density
-    return float(density_of(mean[TEMPERATURE], mean.get(HUMIDITY, 0.5), pressure))
+    density = _mean(record, DENSITY) if given.air_density is None else given.air_density
+    temperature, pressure, humidity = (_mean(record, name) for name in (TEMPERATURE, PRESSURE, HUMIDITY))
+    pressure = given.pressure if pressure is None else pressure
+    if density is not None or temperature is None or pressure is None:
+        return density
+    return float(density_of(temperature, 0.5 if humidity is None else humidity, pressure))
+
+
+def _mean(record: MeasuredRecord, name: str) -> float | None:
+    """Mean of a channel, SI; None if it is not measured."""
+    measured = name in record.signals and len(record[name].finite)
+    return float(np.nanmean(record[name].values)) if measured else None

@@ -5,7 +5,6 @@ Nothing is repaired: rows keep their order, a missing sample is NaN, and what is
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -18,11 +17,11 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
 from meltemi.core.extras import need
 from meltemi.postprocess.bins import TEN_MINUTES
-from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, TimeStamps
-from meltemi.validation.tables_in_files import NUMBER, Columns, columns_of_frame, read_columns_of
+from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, Statistic
+from meltemi.validation.mapped_columns import columns_of_statistics, table_of
+from meltemi.validation.tables_in_files import Columns, columns_of_frame, read_columns_of
 
 Float = NDArray[np.float64]
-DATENUM_1970 = 719529.0  # MATLAB's day number of 1970-01-01
 
 
 def moment(time: float) -> str:
@@ -52,6 +51,8 @@ class MeasuredRecord:
     length: float  # [s]
     file: str  # of the first logger, in which it begins
     signals: Mapping[str, Signal] = field(repr=False)
+    statistics: Mapping[str, Mapping[str, float]] = field(default_factory=dict, repr=False)
+    """SI by channel, where there are no series; two samples, a deviation below and above the mean, are its signal."""
 
     @property
     def name(self) -> str:
@@ -64,8 +65,8 @@ class MeasuredRecord:
         return self.signals[name]
 
     def completeness(self, name: str) -> float:
-        """Share of the samples of the period that are there, at most 1."""
-        return min(len(self[name].finite) / max(round(self.length * self[name].rate), 1), 1.0)
+        """Share of the samples of ten minutes that are there, at most 1."""
+        return min(len(self[name].finite) / max(round(TEN_MINUTES * self[name].rate), 1), 1.0)
 
 
 def joined(records: Sequence[MeasuredRecord], name: str) -> Signal:
@@ -79,7 +80,8 @@ def read_measurements(folder: str | Path, channels: ChannelMap) -> list[Measured
     """Records of the files of all loggers in a folder, or of one file.
 
     A file of the first logger of five to ten minutes is a record with all its samples. Longer and shorter files are
-    cut, or joined, at whole ten minutes (UTC); what has less than half of them is left out.
+    cut, or joined, at whole ten minutes (UTC); what has less than half of them is left out. Each row of ten-minute
+    statistics is a record.
 
     Raises:
       InputError: there are no files, a file is damaged, a column is missing or has no numbers or dates.
@@ -88,6 +90,9 @@ def read_measurements(folder: str | Path, channels: ChannelMap) -> list[Measured
     if not folder.exists():
         raise InputError(f"{folder}: no such file or folder")
     for key, logger in channels.loggers.items():
+        if logger.statistics:
+            files[key] = {logger.statistics_file: columns_of_statistics(folder, logger.statistics)}
+            continue
         paths = [folder] if folder.is_file() else sorted(path for path in folder.glob(logger.files) if path.is_file())
         if not paths:
             others = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
@@ -102,118 +107,107 @@ def measurements_of(frames: Mapping[str, Any], channels: ChannelMap) -> list[Mea
     Raises:
       InputError: a logger or column is missing, or has no numbers or dates.
     """
-    files = {}
     for key in channels.loggers:
         if key not in frames:
             raise InputError(f"measurements: no table of logger {key!r}: {did_you_mean(key, frames)}")
-        table = frames[key]
-        columns = {k: np.asarray(x) for k, x in table.items()} if isinstance(table, dict) else columns_of_frame(table)
-        files[key] = {key: columns}
-    return _records(files, channels)
+    return _records({key: {key: columns_of_frame(frames[key])} for key in channels.loggers}, channels)
 
 
 class _Rows(NamedTuple):
     """All rows of a logger, as in its files: gaps and duplicates included."""
 
     time: Float
-    values: dict[str, Float]
+    values: dict[tuple[str, Statistic | None], Float]  # SI by channel, and statistic if the rows are statistics
     rate: float
     files: dict[str, slice]  # rows of each, in the order of their first stamps
+
+    def file(self, row: int) -> str:
+        """Name of the file that has a row."""
+        return next(name for name, rows in self.files.items() if row < rows.stop)
 
 
 def _records(files: Mapping[str, Mapping[str, Columns]], channels: ChannelMap) -> list[MeasuredRecord]:
     """Records of the files by logger."""
     need("reading of measurements", "pandas")
-    loggers, records = [], []
-    for key, logger in channels.loggers.items():
-        sensors = {name: sensor for name, of, sensor in channels.sensors() if of == key}
-        loggers.append(_rows(files[key], logger, sensors))
-    leader = loggers[0]
-    begins = np.floor((leader.time + 0.25 / leader.rate) / TEN_MINUTES) * TEN_MINUTES  # stamps are rounded
+    loggers = [_rows(files[key], logger, channels.sensors_of(key)) for key, logger in channels.loggers.items()]
+    return _of_statistics(loggers, channels) if channels.statistical else _of_series(loggers)
+
+
+def _of_series(loggers: Sequence[_Rows]) -> list[MeasuredRecord]:
+    """Records of the series of all loggers."""
+    leader, records = loggers[0], []
+    step = 1.0 / leader.rate
+    begins = np.floor((leader.time + 0.25 * step) / TEN_MINUTES) * TEN_MINUTES  # stamps are rounded
+    lengths = np.full(len(begins), TEN_MINUTES)
     for rows in leader.files.values():
         time = leader.time[rows]
-        if len(time) and 0.5 * TEN_MINUTES <= np.ptp(time) + 1.0 / leader.rate <= TEN_MINUTES + 1.5 / leader.rate:
-            begins[rows] = time.min()
+        if len(time) and 0.5 * TEN_MINUTES <= (length := np.ptp(time) + step) <= TEN_MINUTES + 1.5 * step:
+            begins[rows], lengths[rows] = time.min(), min(round(length, 3), TEN_MINUTES)
     for begin in np.unique(begins).tolist():
         chosen = np.flatnonzero(begins == begin)
         if len(chosen) < 0.5 * TEN_MINUTES * leader.rate:
             continue
-        end = float(leader.time[chosen].max()) + 1.0 / leader.rate
+        end = float(leader.time[chosen].max()) + step
         signals: dict[str, Signal] = {}
         for time, values, rate, _ in loggers:
             inside = (time >= begin - 0.25 / rate) & (time < end - 0.25 / rate)
-            signals |= {name: Signal(time[inside], x[inside], rate) for name, x in values.items()}
-        file = next(name for name, rows in leader.files.items() if chosen[0] < rows.stop)
-        records.append(MeasuredRecord(begin, TEN_MINUTES, file, signals))
+            signals |= {name: Signal(time[inside], x[inside], rate) for (name, _), x in values.items()}
+        records.append(MeasuredRecord(begin, float(lengths[chosen[0]]), leader.file(int(chosen[0])), signals))
+    return records
+
+
+def _of_statistics(loggers: Sequence[_Rows], channels: ChannelMap) -> list[MeasuredRecord]:
+    """Records of the rows of the first logger, with those of the other ones that begin at the same second."""
+    places = []
+    for rows in loggers:
+        begins, count = np.unique(rows.time.round(), return_counts=True)
+        if np.any(count > 1):
+            twice = moment(begins[count > 1][0])
+            raise InputError(f"{rows.file(0)}: two rows begin at {twice}; remove one, or correct zone (summer time)")
+        places.append({begin: row for row, begin in enumerate(rows.time.round().tolist())})
+    records = []
+    for begin in sorted(places[0]):
+        statistics: dict[str, dict[str, float]] = {}
+        for rows, at in zip(loggers, places, strict=True):
+            for (name, statistic), x in rows.values.items():
+                of = statistics.setdefault(name, {})
+                if statistic and begin in at and np.isfinite(value := float(x[at[begin]])):
+                    of[statistic] = value
+        signals = {}
+        for name, _, sensor in channels.sensors():
+            of = statistics[name]
+            std = 0.0 if sensor.si[0] == "rad" else of.get("std", 0.0)  # directions have a mean only
+            samples = of.get("mean", np.nan) + std * np.array([-1.0, 1.0])
+            signals[name] = Signal(begin + np.array([0.0, 1.0]), samples, 2.0 / TEN_MINUTES)
+        file = loggers[0].file(places[0][begin])
+        records.append(MeasuredRecord(begin, TEN_MINUTES, file, signals, statistics))
     return records
 
 
 def _rows(files: Mapping[str, Columns], logger: Logger, sensors: Mapping[str, Sensor]) -> _Rows:
     """All rows of a logger."""
-    tables = {file: _table(file, columns, logger, sensors) for file, columns in files.items()}
-    steps = {file: step[step > 0.0] for file, (time, _) in tables.items() if np.any((step := np.diff(time)) > 0.0)}
+    tables = {file: table_of(file, columns, logger, sensors) for file, columns in files.items()}
+    order = sorted(files, key=lambda file: tables[file][0][0] if len(tables[file][0]) else np.inf)
+    times = [tables[file][0] for file in order]
+    rate = 1.0 / TEN_MINUTES if logger.statistical else _rate(dict(zip(order, times, strict=True)))
+    if logger.time and logger.time.stamp == "end":  # of the file for the date in its name, of each row otherwise
+        whole = logger.time.name and not logger.statistical
+        times = [time - (len(time) if whole else 1.0) / rate for time in times]
+    ends = np.cumsum([len(time) for time in times]).tolist()
+    places = {file: slice(end - len(time), end) for file, time, end in zip(order, times, ends, strict=True)}
+    values = {key: np.concatenate([tables[file][1][key] for file in order]) for key in tables[order[0]][1]}
+    return _Rows(np.concatenate(times) if logger.time else TEN_MINUTES * np.arange(ends[-1]), values, rate, places)
+
+
+def _rate(times: Mapping[str, Float]) -> float:
+    """[Hz] common sampling rate of the times of files."""
+    steps = {file: step[step > 0.0] for file, time in times.items() if np.any((step := np.diff(time)) > 0.0)}
     if not steps:
-        raise InputError(f"{next(iter(files))}: the sampling rate cannot be seen from one sample; choose longer files")
+        raise InputError(f"{next(iter(times))}: the sampling rate cannot be seen from one sample; choose longer files")
     rate = 1.0 / float(np.median(np.concatenate(list(steps.values()))))
     for file, step in steps.items():
         if abs((seen := 1.0 / float(np.median(step))) / rate - 1.0) > 0.01:
             raise InputError(
                 f"{file}: its time stamps have {seen:.4g} Hz, other files {rate:g} Hz; put it into a logger of its own"
             )
-    order = sorted(files, key=lambda file: tables[file][0][0] if len(tables[file][0]) else np.inf)
-    times = [tables[file][0] for file in order]
-    if logger.time.stamp == "end":  # of the file for the date in its name, of each sample otherwise
-        times = [time - (len(time) if logger.time.name else 1.0) / rate for time in times]
-    ends = np.cumsum([len(time) for time in times]).tolist()
-    places = {file: slice(end - len(time), end) for file, time, end in zip(order, times, ends, strict=True)}
-    values = {name: np.concatenate([tables[file][1][name] for file in order]) for name in sensors}
-    return _Rows(np.concatenate(times), values, rate, places)
-
-
-def _table(
-    file: str, columns: Columns, logger: Logger, sensors: Mapping[str, Sensor]
-) -> tuple[Float, dict[str, Float]]:
-    """Times [s] since 1970, as stamped, and SI values by channel of a file."""
-    time, values = _times(file, _column(file, columns, logger.time.column, "the time"), logger.time), {}
-    for name, sensor in sensors.items():
-        raw = _column(file, columns, sensor.column, name)
-        if raw.dtype.kind not in "fiub":
-            bad = next((text for text in map(str, raw.tolist()) if not NUMBER.fullmatch(text) and text != "nan"), "")
-            raise InputError(f"{file}: column {sensor.column!r} of {name}: expected numbers, found {bad[:40]!r}")
-        if len(raw) != len(time):
-            raise InputError(
-                f"{file}: column {sensor.column!r} has {len(raw)} samples for {len(time)} times; columns of another "
-                "rate belong to a logger of their own"
-            )
-        x = np.where(np.isin(raw, logger.missing) | ~np.isfinite(raw), np.nan, raw)
-        values[name] = sensor.sign * (sensor.gain * x + sensor.offset) * sensor.si[1]
-    return time, values
-
-
-def _column(file: str, columns: Columns, name: str, what: str) -> NDArray[Any]:
-    """A column by its name, with or without its unit in brackets."""
-    short = {re.sub(r"\s*[\[(].*", "", key): key for key in columns}
-    if name not in columns and name not in short:
-        hint = did_you_mean(name, columns)
-        raise InputError(f"{file}: no column {name!r} for {what}: {hint}; correct the channel map")
-    return columns[name if name in columns else short[name]]
-
-
-def _times(file: str, column: NDArray[Any], stamps: TimeStamps) -> Float:
-    """[s] since 1970 of a column of dates, texts or numbers."""
-    numbers = column.dtype.kind in "fiu"
-    if numbers and stamps.form == "iso":
-        raise InputError(
-            f"{file}: column {stamps.column!r}: expected dates such as 2024-05-01 12:00:00, found numbers; give "
-            "time.form: posix, matlab or seconds"
-        )
-    try:
-        dates = [] if numbers else [stamps.posix(datetime.fromisoformat(str(each))) for each in column]
-        begin = stamps.posix(datetime.strptime(Path(file).name, stamps.name)) if stamps.name else 0.0
-    except ValueError as error:
-        raise InputError(f"{file}: no date in column {stamps.column!r}, or in the name: {error}") from None
-    time = column.astype(float) if numbers else np.array(dates)
-    if not np.all(np.isfinite(time)):
-        row = int(np.argmin(np.isfinite(time)))
-        raise InputError(f"{file}: column {stamps.column!r}: row {row + 1} of the numbers has no time; remove the row")
-    return (time - DATENUM_1970) * 86400.0 if stamps.form == "matlab" and numbers else time + begin
+    return rate

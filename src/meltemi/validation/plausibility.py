@@ -62,7 +62,7 @@ def plausible(records: Sequence[MeasuredRecord], channels: ChannelMap, turbine: 
         if text := _unit(sensor, sizes[name], low if running else 0.0, high):
             issues.append(issue_of_all("unit", records, name, text))
         if text := _sign(name, signal, high, signals.get("generator_power")):
-            issues.append(issue_of_all("sign", records, name, f"column {sensor.column!r} {text}; give sign: -1"))
+            issues.append(issue_of_all("sign", records, name, f"column {sensor.label!r} {text}; give sign: -1"))
     if channels.wind in signals and "generator_power" in signals:
         issues += _origin(records, channels, turbine, signals[channels.wind], signals["generator_power"])
     return issues
@@ -78,7 +78,7 @@ def _unit(sensor: Sensor, size: float, low: float, high: float) -> str:
     expected = f"at most {high * factor:.3g} {unit}" if size > high else f"at least {low * factor:.3g} {unit}"
     remedy = f"times {fitting[0]:.4g} it would fit; correct unit or gain" if fitting else "choose another column"
     return (
-        f"column {sensor.column!r} in {sensor.unit} reaches {size * factor:.3g} {unit}, expected of this turbine is "
+        f"column {sensor.label!r} in {sensor.unit} reaches {size * factor:.3g} {unit}, expected of this turbine is "
         f"{expected}; {remedy}"
     )
 
@@ -109,7 +109,7 @@ def _origin(
     related = float(np.corrcoef(v[partial], p[partial])[0, 1])
     if related >= RELATED and 0.2 < ratio < 3.0:
         return
-    logger, column = {name: (key, sensor.column) for name, key, sensor in channels.sensors()}[channels.wind]
+    logger, column = {name: (key, sensor.label) for name, key, sensor in channels.sensors()}[channels.wind]
     machine = next(key for name, key, _ in channels.sensors() if name == "generator_power")
     if logger != machine and np.ptp(wind.time) > HALF_HOUR:
         lag, best = clock_lag(wind, power, 0.1, 2.5 * HALF_HOUR)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
@@ -12,12 +12,16 @@ from numpy.typing import NDArray
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import figure_title, new_figure, panel, readable_unit
 from meltemi.validation.channel_map import known_channel
-from meltemi.validation.comparison import CONFIDENCE, Comparison, power_curve, prediction_half
+from meltemi.validation.comparison import CONFIDENCE, Comparison, mean_of_known, power_curve, prediction_half
 from meltemi.validation.reduction import BANDS, SECTORS
 from meltemi.validation.selection import SPEED_LABELS, TURBULENCE_LABELS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+Float = NDArray[np.float64]
+SIDES = (("measured", INK), ("simulated", COLOURS[1]))
+"""Labels and colours."""
 
 
 def plot_capture_matrix(matrix: NDArray[np.intp], what: str = "") -> Figure:
@@ -48,18 +52,13 @@ def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]
       comparison: records.
       statistics: channels and their statistics, one panel each.
     """
-    columns = min(len(statistics), 3)
-    rows = -(-len(statistics) // columns)
-    figure, axes = new_figure(rows, columns, size=(10.0, 3.5 * rows), share=False)
-    for ax in axes.flat[len(statistics) :]:
-        ax.set_visible(False)
-    for ax, (name, statistic) in zip(axes.flat, statistics, strict=False):
+    figure, axes = _panels(len(statistics), 3)
+    for ax, (name, statistic) in zip(axes, statistics, strict=True):
         x, y = comparison.values(name, statistic)
         unit, factor = unit_of(name, x)
-        mean, count = np.nanmean(y, axis=1), np.isfinite(y).sum(axis=1)
-        half = np.full(len(x), np.nan)
+        mean, half = mean_of_known(y), np.full(len(x), np.nan)
         if y.shape[1] > 1:
-            half = prediction_half(np.nanstd(y, axis=1, ddof=1), count)
+            half = prediction_half(np.nanstd(y, axis=1, ddof=1), np.isfinite(y).sum(axis=1))
         ax.errorbar(factor * x, factor * mean, factor * half, fmt="o", color=COLOURS[0], ms=4.0, lw=1.0)
         ends = factor * np.array([np.nanmin([x, mean]), np.nanmax([x, mean])])
         ax.plot(ends, ends, color=INK, lw=0.8)
@@ -70,23 +69,16 @@ def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]
 
 def plot_spectra(comparison: Comparison) -> Figure:
     """Mean spectra over records, measured and of all seeds."""
-    rows = -(-len(comparison.channels) // 2)
-    figure, axes = new_figure(rows, 2, size=(10.0, 3.5 * rows), share=False)
     frequency = np.sqrt(BANDS[1:] * BANDS[:-1])
-    for ax in axes.flat[len(comparison.channels) :]:
-        ax.set_visible(False)
-    for ax, name in zip(axes.flat, comparison.channels, strict=False):
-        records = [r for r in comparison.records if name in r.measured.spectra]
-        measured = np.array([r.measured.spectra[name] for r in records])
-        simulated = np.array([each.spectra[name] for r in records for each in r.simulated])
-        if not records:
-            ax.set_visible(False)
-            continue
-        unit, factor = unit_of(name, np.sqrt(measured))
-        for label, density, colour in (("measured", measured, INK), ("simulated", simulated, COLOURS[1])):
-            ax.loglog(frequency, factor**2 * _mean(density), label=label, color=colour)
+    names = [name for name in comparison.channels if any(name in r.measured.spectra for r in comparison.records)]
+    figure, axes = _panels(len(names), 2)
+    for ax, name in zip(axes, names, strict=True):
+        densities = _both(comparison, "spectra", name)
+        unit, factor = unit_of(name, np.sqrt(densities[0]))
+        for (label, colour), density in zip(SIDES, densities, strict=True):
+            ax.loglog(frequency, factor**2 * mean_of_known(density, 0), label=label, color=colour)
         panel(ax, name, f"({unit})²/Hz", "frequency [Hz]")
-    axes[0, 0].legend(fontsize=8.0)
+    axes[0].legend(fontsize=8.0)
     figure_title(figure, "Mean spectra of the records")
     return figure
 
@@ -99,31 +91,39 @@ def plot_operation(comparison: Comparison) -> Figure:
     ax = axes[0, 0]
     bins = power_curve(comparison) if "generator_power" in comparison.channels else []
     unit, factor = unit_of("generator_power", np.array([b.measured for b in bins]))
-    for what, colour in (("measured", INK), ("simulated", COLOURS[1])):
+    for what, colour in SIDES:
         power = factor * np.array([[getattr(b, what), getattr(b, f"{what}_error")] for b in bins]).reshape(-1, 2).T
         ax.errorbar([b.speed for b in bins], *power, fmt="o-", ms=4.0, lw=1.0, color=colour, label=what)
     panel(ax, "Power curve at 1.225 kg/m³, bars: standard uncertainty of the mean", unit, "wind speed [m/s]")
     ax.legend(fontsize=8.0)
     for ax, name in zip(axes[0, 1:], loads, strict=True):
-        records = [r for r in comparison.records if name in r.measured.sectors]
-        measured = np.array([r.measured.sectors[name] for r in records])
-        simulated = np.array([each.sectors[name] for r in records for each in r.simulated])
-        unit, factor = unit_of(name, measured)
+        averages = _both(comparison, "sectors", name)
+        unit, factor = unit_of(name, averages[0])
         angle = (np.arange(SECTORS) + 0.5) * 360.0 / SECTORS
-        for label, x, colour in (("measured", measured, INK), ("simulated", simulated, COLOURS[1])):
-            mean = _mean(x)
+        for (label, colour), x in zip(SIDES, averages, strict=True):
+            mean = mean_of_known(x, 0)
             ax.plot(angle, factor * (mean - np.nanmean(mean)), label=label, color=colour)
         panel(ax, f"{name} over azimuth, less its mean", unit, "azimuth [deg]")
     return figure
 
 
-def unit_of(name: str, values: NDArray[np.float64]) -> tuple[str, float]:
+def unit_of(name: str, values: Float) -> tuple[str, float]:
     """Engineering unit of a channel for these magnitudes, and the factor to it."""
     channel = known_channel(name)
     return ("-", 1.0) if channel is None else readable_unit(channel, values)
 
 
-def _mean(rows: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean over rows, NaN for columns without a number."""
-    count = np.isfinite(rows).sum(axis=0)
-    return np.where(count, np.nansum(rows, axis=0) / np.maximum(count, 1), np.nan)
+def _panels(n: int, columns: int) -> tuple[Figure, list[Any]]:
+    """A figure with n panels in as many columns at most."""
+    rows = -(-n // columns)
+    figure, axes = new_figure(rows, min(n, columns), size=(10.0, 3.5 * rows), share=False)
+    for ax in axes.flat[n:]:
+        ax.set_visible(False)
+    return figure, [*axes.flat[:n]]
+
+
+def _both(comparison: Comparison, of: Literal["spectra", "sectors"], name: str) -> tuple[Float, Float]:
+    """Curves of a channel: (R, N) measured and (R K, N) simulated."""
+    records = [r for r in comparison.records if name in getattr(r.measured, of)]
+    measured = [getattr(r.measured, of)[name] for r in records]
+    return np.array(measured), np.array([getattr(each, of)[name] for r in records for each in r.simulated])

@@ -29,13 +29,18 @@ CORRELATED = 0.5  # correlation of two loggers' records of one channel from whic
 COMPARED = 30  # records, from the first, by which clocks are compared
 LONGEST_LAG = 7200.0  # [s] of clocks
 LATE = 6.0  # [s] below which a lag does not matter for statistics
+ROUNDED = 0.01  # share by which numbers of a table of statistics may be rounded
 HALF_HOUR = 1800.0  # [s] of which errors of time zones are multiples
 
 
 def doubtful(records: Sequence[MeasuredRecord], channels: ChannelMap) -> list[DataIssue]:
-    """Issues of time stamps, samples and clocks of records."""
+    """Issues of time stamps, samples and clocks of records; of statistics, whether they can belong together."""
     issues: list[DataIssue] = []
     sensors = list(channels.sensors())
+    if channels.statistical:
+        return [
+            issue for record in records for name, _, sensor in sensors for issue in _of_statistics(record, name, sensor)
+        ]
     first = {key: name for name, key, _ in reversed(sensors)}  # a channel of each logger
     for record in records:
         for key, name in first.items():
@@ -83,8 +88,24 @@ def _of_samples(record: MeasuredRecord, name: str, sensor: Sensor) -> Iterator[D
     for kind, each in marked.items():
         for begin, end in runs(each):
             text, n = texts[kind].format(x[(begin + end) // 2] / sensor.si[1]), end - begin
-            label = f"{name} ({sensor.column})"
+            label = f"{name} ({sensor.label})"
             yield DataIssue(kind, record.file, label, float(signal.time[begin]), n / signal.rate, n, text)
+
+
+def _of_statistics(record: MeasuredRecord, name: str, sensor: Sensor) -> Iterator[DataIssue]:
+    """Statistics that no series has: a mean beyond the extremes, or a deviation that these do not allow."""
+    known, turns = record.statistics[name], sensor.kind in ("position", "vane") or sensor.component == "direction"
+    low, mean, high, std = (known.get(key, np.nan) for key in ("min", "mean", "max", "std"))
+    kind, text = "statistics", ""
+    if "mean" not in known:
+        kind, text = "missing", "no mean"
+    elif not turns and (low > mean or mean > high):
+        text = "the mean is not between minimum and maximum"
+    elif not turns and (std < 0.0 or std > 0.5 * (1.0 + ROUNDED) * (high - low)):
+        text = "the standard deviation is negative, or more than half of maximum less minimum"
+    if text:
+        text += "; correct the columns of the map" if kind == "statistics" else "; excluded from statistics"
+        yield DataIssue(kind, record.file, f"{name} ({sensor.label})", record.begin, record.length, 1, text)
 
 
 def runs(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -15,7 +15,7 @@ from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load
 from meltemi.postprocess.statistics import sector_means
 from meltemi.simulation.result import Result
-from meltemi.validation.measurements import Signal
+from meltemi.validation.measurements import MeasuredRecord, Signal
 
 Float = NDArray[np.float64]
 SLOPES = (4.0, 10.0)
@@ -98,6 +98,23 @@ def reduce_record(signals: Mapping[str, Signal], names: Sequence[str]) -> Reduce
         if turned is not None and "azimuth" in signals:
             sectors[name] = sector_means(turned, filled, SECTORS)
     return ReducedRecord(values, spectra, sectors)
+
+
+def reduce_statistics(
+    record: MeasuredRecord, names: Sequence[str], step: float
+) -> tuple[dict[str, Signal], ReducedRecord]:
+    """Of a record of statistics: where simulated series are read, every ``step`` [s] in all of it; and what is known.
+
+    Raises:
+      InputError: none of the channels has a statistic.
+    """
+    time = record.begin + np.arange(0.0, record.length, step)
+    known = {name: record.statistics[name] for name in names if record.statistics.get(name)}
+    if not known:
+        raise InputError("none of the compared channels has a statistic")
+    signals = {name: Signal(time, np.zeros(len(time)), 1.0 / step) for name in known}
+    values = {name: np.array([of.get(key, np.nan) for key in STATISTICS]) for name, of in known.items()}
+    return signals, ReducedRecord(values, {}, {})
 
 
 def _angle(signals: Mapping[str, Signal]) -> Signal | None:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,10 +14,13 @@ from meltemi.report.tables import number, write_csv
 from meltemi.reports.blocks import Block, Code, Document, Folded, Picture, Section, Table, VerdictBlock
 from meltemi.reports.html import write_page
 from meltemi.reports.word import write_word
-from meltemi.validation.comparison import Agreement, Comparison, power_curve
+from meltemi.validation.comparison import Agreement, Comparison, mean_of_known, power_curve
 from meltemi.validation.issues import DataIssue, issues_table
 from meltemi.validation.plots import plot_agreement, plot_capture_matrix, plot_operation, plot_spectra, unit_of
 from meltemi.validation.selection import SelectedRecord, capture_matrix, capture_table, selection_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 HEADLINE = ("mean", "std", "DEL, m = 10")
 """Statistics of the first page, of the first four channels."""
@@ -26,38 +29,30 @@ WORDS = (
     "mean over records. Resolvable: within it lies the bias of a right model with a probability of 95 %, by the spread "
     "of the wind fields that the sensors allow and by the accuracy of the sensors."
 )
+BY_STATISTICS = (
+    "The wind is known by its statistics only: the fields of the seeds have its mean and turbulence, not its gusts. "
+    "Their spread, and with it what can be resolved, is larger than in the wind of measured series."
+)
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What a report shows.
+    """What a report shows."""
 
-    Attributes:
-      title: turbine and period.
-      comparison: compared records.
-      selected: all records with their class and reason.
-      issues: of the measurements.
-      failed: reasons of records that could not be simulated, by file.
-      facts: names and values below the title.
-      further: sections of sensitivities and a fit.
-      repeat: command line.
-    """
-
-    title: str
+    title: str  # turbine and period
     comparison: Comparison
-    selected: Sequence[SelectedRecord]
-    issues: Sequence[DataIssue]
-    failed: dict[str, str]
-    facts: Sequence[tuple[str, str]]
-    further: Sequence[Section] = ()
-    repeat: str = ""
-    footer: str = field(default="")
+    selected: Sequence[SelectedRecord]  # all records with their class and reason
+    issues: Sequence[DataIssue]  # of the measurements
+    failed: dict[str, str]  # reasons of records that could not be simulated, by file
+    facts: Sequence[tuple[str, str]]  # names and values below the title
+    further: Sequence[Section] = ()  # of sensitivities and a fit
+    repeat: str = ""  # command line
+    footer: str = ""
 
 
 def headline(agreements: Sequence[Agreement], channels: Sequence[str]) -> list[Agreement]:
     """At most twelve of them, for the first page."""
-    first = channels[:4]
-    return [a for name in first for a in agreements if a.channel == name and a.statistic in HEADLINE]
+    return [a for name in channels[:4] for a in agreements if a.channel == name and a.statistic in HEADLINE]
 
 
 def agreement_table(agreements: Sequence[Agreement], caption: str = "") -> Table:
@@ -65,97 +60,88 @@ def agreement_table(agreements: Sequence[Agreement], caption: str = "") -> Table
     rows = []
     for a in agreements:
         unit, factor = unit_of(a.channel, np.array([a.measured]))
-        rows.append([
-            a.channel, a.statistic, a.verdict, unit, number(factor * a.measured), number(factor * a.simulated),
-            *(number(100.0 * x) for x in (a.bias, a.half, a.resolvable, a.scatter)),
-            number(a.slope), number(a.correlation), number(100.0 * a.covered), str(a.records), str(a.seeds),
-        ])  # fmt: skip
-    head = ["channel", "statistic", "verdict", "unit", "measured", "simulated", "bias\n%", "interval\n+/- %"]
-    head += [
-        "resolvable\n+/- %",
-        "scatter\n%",
-        "slope",
-        "correlation",
-        "within seeds\n% of records",
-        "records",
-        "seeds",
-    ]
-    return Table(head, rows, caption, text_columns=4)
+        levels = factor * np.array([a.measured, a.simulated])
+        shares = 100.0 * np.array([a.bias, a.half, a.resolvable, a.scatter])
+        values = (*levels, *shares, a.slope, a.correlation, 100.0 * a.covered)
+        rows.append([a.channel, a.statistic, a.verdict, unit, *map(number, values), str(a.records), str(a.seeds)])
+    head = (
+        "channel|statistic|verdict|unit|measured|simulated|bias\n%|interval\n+/- %|resolvable\n+/- %|scatter\n%|slope"
+    )
+    head += "|correlation|within seeds\n% of records|records|seeds"
+    return Table(head.split("|"), rows, caption, text_columns=4)
 
 
-def record_table(comparison: Comparison) -> Table:
-    """Each record: conditions, and measured and simulated values of the statistics of the first page."""
-    pairs = [(a.channel, a.statistic) for a in headline(comparison.agreements(), comparison.channels)]
+def record_table(comparison: Comparison, shown: Sequence[Agreement]) -> Table:
+    """Each record: conditions, and measured and simulated values of some statistics."""
     head = ["record", "wind\nm/s", "turbulence\n%", "density\nkg/m³", "shear exponent"]
     rows = [
         [r.name, *map(number, (r.wind_speed, 100.0 * r.turbulence, r.air_density, r.shear_exponent))]
         for r in comparison.records
     ]
-    for name, statistic in pairs:
-        x, y = comparison.values(name, statistic)
-        unit, factor = unit_of(name, x)
-        head += [f"{name} {statistic}\nmeasured {unit}", "deviation\n%", "seeds\n+/- %"]
-        for row, a, b in zip(rows, x, y, strict=True):
+    for each in shown:
+        x, y = comparison.values(each.channel, each.statistic)
+        unit, factor = unit_of(each.channel, x)
+        head += [f"{each.channel} {each.statistic}\nmeasured {unit}", "deviation\n%", "seeds\n+/- %"]
+        deviation = 100.0 * (mean_of_known(y) / x - 1.0)
+        for row, a, b, share in zip(rows, x, y, deviation, strict=True):
             spread = 100.0 * np.nanstd(b, ddof=1) / abs(a) if np.isfinite(b).sum() > 1 else np.nan
-            row += [number(factor * a), number(100.0 * (np.nanmean(b) / a - 1.0) if np.isfinite(b).any() else np.nan),
-                    number(spread)]  # fmt: skip
+            row += map(number, (factor * a, share, spread))
     return Table(head, rows, "Records; seeds: standard deviation over wind fields")
-
-
-def report_document(findings: Findings) -> Document:
-    """The report."""
-    c = findings.comparison
-    agreements = c.agreements()
-    first = headline(agreements, c.channels)
-    outside = [a for a in agreements if a.statistic in HEADLINE and a.outside > 0.0]
-    shown = [(a.channel, a.statistic) for a in first if a.statistic != HEADLINE[1] or a.channel in c.range_only][:6]
-    lines = [f"{a.channel}, {a.statistic}: {a.verdict} (bias {100.0 * a.bias:+.1f} %, resolvable "
-             f"{100.0 * a.resolvable:.1f} %)" for a in outside]  # fmt: skip
-    checked = sum(a.statistic in HEADLINE for a in agreements)
-    lead = VerdictBlock(
-        "good" if not outside else "doubtful",
-        f"{checked - len(outside)} of {checked} means, standard deviations and equivalent loads lie inside what seeds "
-        "and sensors can resolve.",
-        lines,
-    )
-    sections = [
-        Section("At a glance", [
-            agreement_table(first, "Twelve numbers"),
-            *(Picture(_png(figure), caption) for figure, caption in (
-                (plot_agreement(c, shown), "Each point is a record."),
-                (plot_spectra(c), "Spectra in bands of equal ratio."),
-                (plot_operation(c), "Bins of 0.5 m/s as in IEC 61400-12-1."),
-            )),
-            WORDS,
-        ]),
-        *findings.further,
-        Section("All statistics", [Folded("All channels and statistics", agreement_table(agreements))]),
-        Section("Records", [record_table(c), *_selection(findings)]),
-        Section("Power curve", [power_table(c)] if "generator_power" in c.channels else []),
-        Section("Doubtful data", [issues_table(findings.issues)] if findings.issues else ["No issue was found."]),
-        Section("Repeat", [Code(findings.repeat)] if findings.repeat else []),
-    ]  # fmt: skip
-    return Document(
-        findings.title, [s for s in sections if s.content], facts=findings.facts, lead=lead, footer=findings.footer
-    )
-
-
-def _selection(findings: Findings) -> list[Block]:
-    used = capture_matrix(findings.selected, "production")
-    blocks: list[Block] = [selection_table(findings.selected), capture_table(used)]
-    blocks.append(Picture(_png(plot_capture_matrix(used, "production")), "Capture matrix"))
-    if findings.failed:
-        blocks.append(Table(["file", "reason"], [[*each] for each in findings.failed.items()], "Not simulated", 2))
-    return blocks
 
 
 def power_table(comparison: Comparison) -> Table:
     """Power curve as a table."""
-    rows = [[number(b.speed), str(b.records), *(number(1e-3 * x) for x in
-             (b.measured, b.measured_error, b.simulated, b.simulated_error))]
-            for b in power_curve(comparison)]  # fmt: skip
+    rows = [[number(b.speed), str(b.records), *(number(1e-3 * x) for x in b[2:])] for b in power_curve(comparison)]
     head = ["wind\nm/s", "records", "measured\nkW", "+/-\nkW", "simulated\nkW", "+/-\nkW"]
     return Table(head, rows, "Power at 1.225 kg/m³ with standard uncertainties of the means", text_columns=0)
+
+
+def report_document(findings: Findings, tables: dict[str, Table], agreements: Sequence[Agreement]) -> Document:
+    """The report, with the tables that are files, too."""
+    c = findings.comparison
+    judged = [a for a in agreements if a.statistic in HEADLINE]
+    outside = [a for a in judged if a.outside > 0.0]
+    lead = VerdictBlock(
+        "doubtful" if outside else "good",
+        f"{len(judged) - len(outside)} of {len(judged)} means, standard deviations and equivalent loads lie inside "
+        "what seeds and sensors can resolve.",
+        [f"{a.channel}, {a.statistic}: {a.verdict} (bias {100.0 * a.bias:+.1f} %, resolvable "
+         f"{100.0 * a.resolvable:.1f} %)" for a in outside],
+    )  # fmt: skip
+    sections = [
+        Section("At a glance", [*_first_page(c, agreements)]),
+        *findings.further,
+        Section("All statistics", [Folded("All channels and statistics", tables["statistics"])]),
+        Section("Records", [tables["records"], *_selection(findings, tables["selection"])]),
+        Section("Power curve", [power_table(c)] if "generator_power" in c.channels else []),
+        Section("Doubtful data", [tables["issues"] if findings.issues else "No issue was found."]),
+        Section("Repeat", [Code(findings.repeat)] if findings.repeat else []),
+    ]
+    shown = [section for section in sections if section.content]
+    return Document(findings.title, shown, facts=findings.facts, lead=lead, footer=findings.footer)
+
+
+def _first_page(c: Comparison, agreements: Sequence[Agreement]) -> Iterator[Block]:
+    first = headline(agreements, c.channels)
+    yield agreement_table(first, "Twelve numbers")
+    shown = [(a.channel, a.statistic) for a in first if a.statistic != HEADLINE[1] or a.channel in c.range_only][:6]
+    if shown:
+        yield Picture(_png(plot_agreement(c, shown)), "Each point is a record.")
+    series = any(record.measured.spectra for record in c.records)
+    if series:
+        yield Picture(_png(plot_spectra(c)), "Spectra in bands of equal ratio.")
+    yield Picture(_png(plot_operation(c)), "Bins of 0.5 m/s as in IEC 61400-12-1.")
+    yield WORDS
+    if not series:
+        yield BY_STATISTICS
+
+
+def _selection(findings: Findings, selection: Table) -> Iterator[Block]:
+    used = capture_matrix(findings.selected, "production")
+    yield from (selection, capture_table(used))
+    yield Picture(_png(plot_capture_matrix(used, "production")), "Capture matrix")
+    if findings.failed:
+        yield Table(["file", "reason"], [[*each] for each in findings.failed.items()], "Not simulated", 2)
 
 
 def write_findings(findings: Findings, out: Path) -> list[Path]:
@@ -164,20 +150,22 @@ def write_findings(findings: Findings, out: Path) -> list[Path]:
     Raises:
       InputError: a file cannot be written.
     """
-    document = report_document(findings)
-    files = [write_page(out / "report.html", document), write_word(out / "report.docx", document)]
+    c = findings.comparison
+    agreements = c.agreements()
     tables = {
-        "statistics": agreement_table(findings.comparison.agreements()),
-        "records": record_table(findings.comparison),
+        "statistics": agreement_table(agreements),
+        "records": record_table(c, headline(agreements, c.channels)),
         "selection": selection_table(findings.selected),
         "issues": issues_table(findings.issues),
     }
+    document = report_document(findings, tables, agreements)
+    files = [write_page(out / "report.html", document), write_word(out / "report.docx", document)]
     for name, table in tables.items():
         files.append(write_csv(out / f"{name}.csv", [" ".join(h.split()) for h in table.head], table.texts))
     return files
 
 
-def _png(figure: Any) -> bytes:
+def _png(figure: Figure) -> bytes:
     file = BytesIO()
     figure.savefig(file, dpi=110, format="png")
     return file.getvalue()

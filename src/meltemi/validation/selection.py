@@ -8,7 +8,7 @@ Reference: docs/theory/validation.md (V-4).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -25,7 +25,7 @@ from meltemi.turbine.definition import Turbine
 from meltemi.validation.issues import DataIssue
 from meltemi.validation.measurements import MeasuredRecord, moment
 
-Operation = Literal["production", "start", "stop", "idling", "parked", "fault"]
+Operation = Literal["production", "start", "stop", "idling", "parked", "fault", "interrupted"]
 TURBULENCE = (0.0, *(k / 100.0 for k in range(3, 31, 2)), np.inf)  # edges of bins: up to 3 %, 2 % each, above 29 %
 TURBULENCE_LABELS = ("< 3", *(f"{k}-{k + 2}" for k in range(3, 29, 2)), "> 29")  # [%]
 SPEED_LABELS = ("0-2.5", *(str(k) for k in range(3, 25)))  # [m/s] the first bin, centres of the others
@@ -45,7 +45,7 @@ class SelectionRules(Record):
     """[rad] directions from and to, clockwise, that are undisturbed; needs ``direction``."""
     direction: str = "wind_direction"
     """Channel of the wind direction."""
-    excluding: tuple[str, ...] = ("spike", "stuck", "order", "clock", "unit", "sign", "turbine")
+    excluding: tuple[str, ...] = ("spike", "stuck", "order", "clock", "unit", "sign", "turbine", "statistics")
     """Kinds of issues in a required channel that reject a record."""
 
 
@@ -69,7 +69,13 @@ def rated_rotor_speed(turbine: Turbine) -> float:
 
 
 def operation_of(record: MeasuredRecord, turbine: Turbine) -> Operation | None:
-    """Class of a record by power and rotor speed, which it must have; None without samples."""
+    """Class of a record by power and rotor speed, which it must have; None without samples.
+
+    Statistics do not tell start, stop and fault apart: power that was above and below the limit is ``interrupted``.
+    Where there are no extremes of the power, its mean decides; the rotor speed is optional.
+    """
+    if record.statistics:
+        return _operation_by_statistics(record.statistics, turbine)
     speed = record["rotor_speed"].finite / rated_rotor_speed(turbine)
     power, rate = record["generator_power"].finite / turbine.rated_power, record["generator_power"].rate
     if not len(speed) or not len(power):
@@ -86,6 +92,20 @@ def operation_of(record: MeasuredRecord, turbine: Turbine) -> Operation | None:
     return "parked" if np.mean(speed) < LEAST_SPEED else "idling"
 
 
+def _operation_by_statistics(of: Mapping[str, Mapping[str, float]], turbine: Turbine) -> Operation | None:
+    power, speed = of["generator_power"], of.get("rotor_speed", {})
+    if "mean" not in power:
+        return None
+    limit, rated = LEAST_POWER * turbine.rated_power, rated_rotor_speed(turbine)
+    if speed.get("max", 0.0) > OVERSPEED * rated:
+        return "fault"
+    if power.get("min", power["mean"]) > limit:
+        return "production"
+    if power.get("max", power["mean"]) > limit:
+        return "interrupted"
+    return "parked" if speed.get("mean", np.inf) < LEAST_SPEED * rated else "idling"
+
+
 def select(
     records: Sequence[MeasuredRecord],
     turbine: Turbine,
@@ -97,15 +117,21 @@ def select(
 ) -> list[SelectedRecord]:
     """Classify records, and reject those that are incomplete, doubtful (by ``issues``) or disturbed.
 
-    Channels that must be complete are ``wind``, which has the wind speed, power, rotor speed and those ``needed``.
+    Channels that must be complete are ``wind``, which has the wind speed, power, rotor speed (of statistics, if it is
+    there) and those ``needed``.
 
     Raises:
       InputError: a record has not a required channel.
     """
     direction = [rules.direction] if rules.sector else []
-    required = list(dict.fromkeys([wind, "rotor_speed", "generator_power", *needed, *direction]))
     selected = []
     for record in records:
+        machine = (
+            ["generator_power"]
+            if record.statistics and "rotor_speed" not in record.signals
+            else ["rotor_speed", "generator_power"]
+        )
+        required = list(dict.fromkeys([wind, *machine, *needed, *direction]))
         for name in required:
             if name not in record.signals:
                 raise InputError(f"{record.file}: no channel {name!r}: {did_you_mean(name, record.signals)}")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record
@@ -46,6 +46,12 @@ class Validation(Record):
     """Which records are used."""
     priors: dict[str, float] = Field(default_factory=dict)
     """Prior standard deviations of uncertain parameters, in place of :data:`meltemi.validation.fit.PRIORS`."""
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.channels.statistical and (self.idle or self.yaw_sweep):
+            raise ValueError("idle, yaw_sweep: gauges are calibrated by series; ten-minute statistics have none")
+        return self
 
 
 def read_validation(path: str | Path) -> Validation:

@@ -20,6 +20,7 @@ from meltemi.tuning.run_store import FailedResult, cells
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import aeroelastic
 from meltemi.turbulence.conditioned import conditioned_fields
+from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import WIDTH
 from meltemi.turbulence.sensors import Sensor as WindSensor
 from meltemi.validation.channel_map import known_channel
@@ -27,7 +28,7 @@ from meltemi.validation.comparison import ComparedRecord
 from meltemi.validation.conditions import RecordConditions, conditions_of, given_conditions
 from meltemi.validation.gauges import Calibration
 from meltemi.validation.measurements import MeasuredRecord, Signal
-from meltemi.validation.reduction import ReducedRecord, like, reduce_record
+from meltemi.validation.reduction import ReducedRecord, like, reduce_record, reduce_statistics
 from meltemi.validation.settings import Validation
 from meltemi.wind.fields import WindBox
 from meltemi.wind.turbulent import TurbulentWind
@@ -128,6 +129,9 @@ class Simulator:
         given = given_conditions(s.conditions, record.file)
         turbulence = {"coherent": "all", "dt": STEP, "points": points_across(self.turbine), **s.turbulence}
         conditions = conditions_of(record, s.channels, given, self.turbine.hub_height, s.transient, turbulence)
+        if record.statistics:  # no series: random fields of this mean and turbulence
+            signals, measured = reduce_statistics(record, compared, OUTPUT_STEP)
+            return Prepared(record, signals, replace(conditions, sensors=()), measured)
         names = [name for name in dict.fromkeys((*compared, *ROTOR)) if name in record.signals]
         signals = {name: record[name] for name in names if len(record[name].finite) > 1}
         present = [name for name in compared if name in signals]
@@ -167,7 +171,10 @@ def points_across(turbine: Turbine) -> int:
 def field_of(
     sensors: Sequence[WindSensor], wind: TurbulentWind, turbine: Turbine, duration: float, distance: float, turn: float
 ) -> WindBox:
-    """The wind field through the series of a record."""
+    """The wind field through the series of a record; a random one without series."""
+    if not sensors:
+        box = generate_field(wind, turbine, duration)
+        return replace(box, direction=box.direction + turn)
     (box,) = conditioned_fields(sensors, wind, turbine, duration, distance=distance).fields
     return replace(box, direction=box.direction + turn)
 

@@ -124,9 +124,9 @@ def _rows(prefix: str, fields: Mapping[str, Any]) -> Iterator[tuple[str, NDArray
 
 
 def columns_of_frame(frame: Any) -> Columns:
-    """Columns of a data frame of pandas, its index among them as ``index`` or under its name."""
-    columns: Mapping[Any, Any] = {frame.index.name or "index": frame.index} | dict(frame.items())
-    return {str(name): np.asarray(x) for name, x in columns.items()}
+    """Columns of a dictionary, or of a data frame of pandas, whose index is ``index`` or under its name."""
+    index = {} if isinstance(frame, dict) else {frame.index.name or "index": frame.index}
+    return {str(name): np.asarray(x) for name, x in {**index, **frame}.items()}
 
 
 READERS: dict[str, Callable[[Path], Columns]] = {  # by suffix
