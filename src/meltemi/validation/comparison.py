@@ -38,7 +38,7 @@ class ComparedRecord:
 
 @dataclass(frozen=True)
 class Agreement:
-    """Agreement of a statistic over records; deviations are simulated less measured over the mean magnitude measured."""
+    """Agreement of a statistic over records; deviations are simulated less measured, over the mean of magnitudes."""
 
     channel: str
     statistic: str
@@ -137,7 +137,7 @@ def agreement(
     scatter = float(np.std(deviation, ddof=1)) if n > 1 else np.nan
     interval = scatter / np.sqrt(n) * float(student(max(n - 1, 1)))
     means = float(np.mean(x)), float(np.mean(mean)), float(np.mean(deviation))
-    fitted = (line.slope, line.intercept, line.rvalue) if line else (np.nan, np.nan, np.nan)
+    fitted: tuple[float, float, float] = (line.slope, line.intercept, line.rvalue) if line else (np.nan, np.nan, np.nan)
     return Agreement(channel, statistic, n, int(count.max()), *means, interval, scatter, *fitted, resolvable, covered)
 
 
