@@ -13,9 +13,13 @@ import pytest
 from numpy.typing import NDArray
 from terminal import Command, refused
 
+from meltemi.cases.case import read_case
 from meltemi.simulation.result import Result
 from meltemi.tuning.run_store import run_store
 from meltemi.validation import simulations
+from meltemi.validation.comparison import ComparedRecord, Comparison
+from meltemi.validation.fit import sections
+from meltemi.validation.measurements import read_measurements
 from meltemi.validation.reduction import STATISTICS, ReducedRecord
 from meltemi.validation.settings import read_validation
 from simulated_measurement import (
@@ -229,6 +233,25 @@ def test_a_fit_with_a_controller_without_derivatives(validated: Refused, tmp_pat
     prepare(tmp_path, case={**CASE, "controller": {"kind": "python", "file": "law.py", "function": "make"}})
     (tmp_path / "law.py").write_text(LAW)
     validated("has no derivatives", options=("--fit", "drag"))
+
+
+def test_a_fit_of_a_gauge_that_is_not_compared(validated: Refused, tmp_path: Path) -> None:
+    prepare(tmp_path, compare=["generator_power"])
+    validated("no parameter 'gauge_gain.root_moment_flap_1' to fit", options=("--fit", "gauge_gain.root_moment_flap_1"))
+
+
+def test_why_with_a_controller_without_derivatives(tmp_path: Path) -> None:
+    """The report says so in place of the table."""
+    law = {"kind": "python", "file": "law.py", "function": "make"}
+    settings = read_validation(prepare(tmp_path, columns(1), case={**CASE, "controller": law}))
+    (tmp_path / "law.py").write_text(LAW)
+    simulator = simulations.Simulator.of(settings, read_case(tmp_path / "case.yaml"), tmp_path)
+    (record,) = read_measurements(tmp_path / "records", settings.channels)
+    measured = simulator.prepared(record, ["generator_power"]).measured
+    comparison = Comparison((ComparedRecord(record.name, 8.0, 0.1, 1.2, 0.2, measured, ()),), ("generator_power",))
+    (section,) = sections(simulator, [record], comparison, (), why=1)
+    (text,) = section.content
+    assert str(text).startswith("No sensitivities: ") and "no derivatives" in str(text)
 
 
 def test_a_turbine_without_blades(validated: Refused, tmp_path: Path) -> None:

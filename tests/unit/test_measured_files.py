@@ -176,7 +176,11 @@ def test_a_short_file_is_a_record_with_all_its_samples() -> None:
     """Also with the sample at its end, as loggers write it."""
     (record,) = long_file(N + 1, begin=BEGIN + 17.0)
     assert len(record["wind_speed"].values) == N + 1 and np.mean(record["wind_speed"].values) == 0.5 * N
+    assert record.length == 600.0
     assert not long_file(N // 3)
+    (short,) = long_file(N // 2, begin=BEGIN + 17.0)  # is simulated as long as it is; of ten minutes it is the half
+    assert short.length == 300.0 and short.completeness("wind_speed") == 0.5
+    assert not [i for i in doubtful([short], channel_map({"column": "t", "form": "posix"})) if i.kind == "gap"]
 
 
 def test_short_files_that_follow_each_other_are_joined(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from meltemi import InputError, Turbine
 from meltemi.validation.channel_map import ChannelMap, Statistic
-from meltemi.validation.conditions import SiteConditions, conditions_of
+from meltemi.validation.conditions import SiteConditions, conditions_of, given_conditions
 from meltemi.validation.measurements import MeasuredRecord, measurements_of, read_measurements
 from meltemi.validation.plausibility import plausible
 from meltemi.validation.quality import doubtful
@@ -184,17 +184,19 @@ def test_wind_and_air_of_a_row(turbine: Turbine) -> None:
     given = channel_map(low=low, **air)
     settings = {"points": 3, "dt": 0.5}
 
-    def of(channels: ChannelMap, site: SiteConditions) -> Any:
-        return conditions_of(records(channels, **columns)[4], channels, site, 90.0, 60.0, settings)
+    def of(channels: ChannelMap, **site: float) -> Any:
+        record = records(channels, **columns)[4]
+        given = given_conditions({"*": SiteConditions(**site)}, record.file, record)
+        return conditions_of(record, channels, given, 90.0, 60.0, settings)
 
-    c = of(given, SiteConditions())
+    c = of(given)
     assert (c.wind.speed, c.air_density) == pytest.approx((SPEED[4], 1.1))
     assert c.wind.shear_exponent == pytest.approx(np.log(1.0 / 0.9) / np.log(2.0))
     measured = channel_map(shear_exponent={"statistics": {"mean": "alpha"}, "unit": "-"}, **air)
-    assert of(measured, SiteConditions()).wind.shear_exponent == 0.3
-    given_site = of(measured, SiteConditions(shear_exponent=0.1, air_density=1.2))
-    assert (given_site.wind.shear_exponent, given_site.air_density) == (0.1, 1.2)
-    c = of(channel_map(), SiteConditions())
+    assert of(measured).wind.shear_exponent == 0.3
+    known = of(measured, shear_exponent=0.1, air_density=1.2)
+    assert (known.wind.shear_exponent, known.air_density) == (0.1, 1.2)
+    c = of(channel_map())
     assert c.wind.intensity == pytest.approx(0.1)
     box, turned = (field_of((), c.wind, turbine, 100.0, 0.0, turn) for turn in (0.0, 0.1))
     u = box.velocity[:, box.velocity.shape[1] - 2, 1, 0]

@@ -32,6 +32,7 @@ CHANNELS = {
     "generator_power": {"column": "P", "unit": "kW", "kind": "power"},
     FLAP: {"column": "M", "unit": "kN m", "kind": "gauge"},
 }
+COMPARED = ("generator_power", FLAP)
 SETTINGS = Validation(
     case="case.yaml",
     channels={"loggers": {"one": {"time": {"column": "t"}, "channels": CHANNELS}}},
@@ -189,13 +190,15 @@ def test_a_channel_that_a_record_has_not_does_not_count() -> None:
 
 def test_names_of_parameters() -> None:
     names = ("drag", "pitch_offset", "drag", f"gauge_zero.{FLAP}")
-    assert checked(names, SETTINGS) == ("drag", "pitch_offset", f"gauge_zero.{FLAP}")
+    assert checked(names, SETTINGS, COMPARED) == ("drag", "pitch_offset", f"gauge_zero.{FLAP}")
     with pytest.raises(InputError, match="no parameter 'drga' to fit: did you mean 'drag'"):
-        checked(("drga",), SETTINGS)
+        checked(("drga",), SETTINGS, COMPARED)
     with pytest.raises(InputError, match=f"did you mean 'gauge_gain.{FLAP}'"):
-        checked(("gauge_gain.root_moment_flap_2",), SETTINGS)
+        checked(("gauge_gain.root_moment_flap_2",), SETTINGS, COMPARED)
+    with pytest.raises(InputError, match="no parameter 'gauge_gain.wind_speed' to fit"):  # measured, not compared
+        checked(("gauge_gain.wind_speed",), SETTINGS, COMPARED)
     with pytest.raises(InputError, match="no parameter 'lfit' to fit: did you mean 'lift'"):
-        checked((), SETTINGS.replace(priors={"lfit": 0.1}))
+        checked((), SETTINGS.replace(priors={"lfit": 0.1}), COMPARED)
 
 
 def test_priors() -> None:

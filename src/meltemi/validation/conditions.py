@@ -24,8 +24,6 @@ from meltemi.wind.turbulent import TurbulentWind
 
 TEMPERATURE, PRESSURE, HUMIDITY = "air_temperature", "air_pressure", "humidity"
 """Channels of the density [K, Pa, -]."""
-DENSITY, SHEAR = "air_density", "shear_exponent"
-"""Channels [kg/m^3, -] that are measured or known otherwise, such as by the columns of a table of statistics."""
 
 
 class SiteConditions(Record):
@@ -58,9 +56,18 @@ class RecordConditions:
     air_density: float | None
 
 
-def given_conditions(patterns: Mapping[str, SiteConditions], file: str) -> SiteConditions:
-    """The conditions of the patterns that a file's name matches; later ones take precedence."""
-    keys = [each.model_dump(exclude_none=True) for pattern, each in patterns.items() if fnmatch(file, pattern)]
+def given_conditions(
+    patterns: Mapping[str, SiteConditions], file: str, record: MeasuredRecord | None = None
+) -> SiteConditions:
+    """The conditions of the patterns that a file's name matches; later ones take precedence.
+
+    Without a pattern for it, a channel of the record that has the name of a condition gives it by its mean.
+    """
+    names = [
+        name for name in SiteConditions.model_fields if record and name in record.signals and len(record[name].finite)
+    ]
+    keys = [{name: float(record[name].finite.mean()) for name in names}] if record else []
+    keys += [each.model_dump(exclude_none=True) for pattern, each in patterns.items() if fnmatch(file, pattern)]
     return SiteConditions(**{key: value for each in keys for key, value in each.items()})
 
 
@@ -112,8 +119,7 @@ def conditions_of(
                          "leave those out that are not at one distance")  # fmt: skip
     try:
         sensors = tuple(WindSensor(height=height, across=across, **x) for (height, across), x in masts.items())
-        shear = _mean(record, SHEAR) if given.shear_exponent is None else given.shear_exponent
-        wind = measured_wind(sensors, hub_height, shear_exponent=shear, veer=given.veer, **turbulence)
+        wind = measured_wind(sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **turbulence)
     except InputError as error:
         raise InputError(f"{record.file}: {error}") from None
     return RecordConditions(sensors, wind, distances.pop(), _density(record, given))
@@ -121,15 +127,9 @@ def conditions_of(
 
 def _density(record: MeasuredRecord, given: SiteConditions) -> float | None:
     """[kg/m^3] (V-20); None if neither given nor measured."""
-    density = _mean(record, DENSITY) if given.air_density is None else given.air_density
-    temperature, pressure, humidity = (_mean(record, name) for name in (TEMPERATURE, PRESSURE, HUMIDITY))
-    pressure = given.pressure if pressure is None else pressure
-    if density is not None or temperature is None or pressure is None:
-        return density
-    return float(density_of(temperature, 0.5 if humidity is None else humidity, pressure))
-
-
-def _mean(record: MeasuredRecord, name: str) -> float | None:
-    """Mean of a channel, SI; None if it is not measured."""
-    measured = name in record.signals and len(record[name].finite)
-    return float(np.nanmean(record[name].values)) if measured else None
+    mean = {name: float(np.nanmean(record[name].values)) for name in (TEMPERATURE, PRESSURE, HUMIDITY)
+            if name in record.signals and len(record[name].finite)}  # fmt: skip
+    pressure = mean.get(PRESSURE, given.pressure)
+    if given.air_density is not None or TEMPERATURE not in mean or pressure is None:
+        return given.air_density
+    return float(density_of(mean[TEMPERATURE], mean.get(HUMIDITY, 0.5), pressure))

@@ -56,14 +56,13 @@ MOST_STEPS, CONVERGED = 4, 0.05
 """Steps of Gauss and Newton, and the step over the posterior standard deviation at which they end."""
 
 
-def checked(names: Sequence[str], settings: Validation) -> tuple[str, ...]:
+def checked(names: Sequence[str], settings: Validation, compared: Sequence[str]) -> tuple[str, ...]:
     """The names of parameters.
 
     Raises:
-      InputError: one is unknown.
+      InputError: one is unknown, or of a gauge of a channel that is not compared.
     """
-    channels = settings.channels.sensors()
-    known = [*PRIORS, *(f"gauge_{kind}.{name}" for name, _, _ in channels for kind in ("gain", "zero"))]
+    known = [*PRIORS, *(f"gauge_{kind}.{name}" for name in compared for kind in ("gain", "zero"))]
     for name in (*names, *settings.priors):
         if name not in known:
             raise InputError(f"no parameter {name!r} to fit: {did_you_mean(name, known)}")

@@ -126,7 +126,7 @@ class Simulator:
           InputError: a sensor is missing, or a channel has no samples.
         """
         s = self.settings
-        given = given_conditions(s.conditions, record.file)
+        given = given_conditions(s.conditions, record.file, record)
         turbulence = {"coherent": "all", "dt": STEP, "points": points_across(self.turbine), **s.turbulence}
         conditions = conditions_of(record, s.channels, given, self.turbine.hub_height, s.transient, turbulence)
         if record.statistics:  # no series: random fields of this mean and turbulence

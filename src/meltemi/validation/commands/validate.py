@@ -52,7 +52,6 @@ def validate(
     place, data = file.parent / settings.case, file.parent if data is None else data
     simulator = Simulator.of(settings, read_case(place), place.parent)
     names = compared_channels(settings)
-    parameters = fitting.checked(fit or (), settings)
     with progress_bar("reading") as progress:
         progress(0.0)
         channels = settings.channels
@@ -64,9 +63,10 @@ def validate(
     used = [each.record for each in selected if not each.rejected and each.operation == "production"]
     if not used:
         raise InputError(f"{data}: no record can be compared: {_reasons(selected, issues)}")
-    fitting.check_fit(simulator, used, parameters)
     raw, range_only = gauges_of(settings, calibrations)
     names = tuple(name for name in names if name not in raw)
+    parameters = fitting.checked(fit or (), settings, names)
+    fitting.check_fit(simulator, used, parameters)
     warn(
         f"{name}: a gauge in mV/V without calibration is not compared; give its gain, or idle: [files]" for name in raw
     )
