@@ -278,7 +278,9 @@ def test_statistics_with_swapped_columns(validated: Refused, tmp_path: Path) -> 
     wind = {"mean": "sv", "std": "v", "min": "v"}
     place = {"unit": "m/s", "component": "speed", "height": 90.0}
     statistics(tmp_path, {"generator_power": power, "wind_speed": {"statistics": wind, **place}})
-    validated("no record can be compared", "wind_speed (sv): the mean is not between minimum and maximum; correct the")
+    validated(
+        "no record can be compared", "wind_speed: column 'sv': the mean is not between minimum and maximum; correct"
+    )
 
 
 def test_statistics_without_one_that_is_needed(validated: Refused, tmp_path: Path) -> None:

@@ -122,9 +122,15 @@ def test_tables_of_two_loggers_are_joined_by_their_times() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"lP": ROWS["hP"], "hP": ROWS["lP"]}, "generator_power (P): the mean is not between minimum and maximum"),
-        ({"sP": ROWS["P"]}, "generator_power (P): the standard deviation is negative, or more than half of maximum"),
-        ({"P": np.full(N, np.nan)}, "generator_power (P): no mean; excluded"),
+        (
+            {"lP": ROWS["hP"], "hP": ROWS["lP"]},
+            "generator_power: column 'P': the mean is not between minimum and maximum",
+        ),
+        (
+            {"sP": ROWS["P"]},
+            "generator_power: column 'P': the standard deviation is negative, or more than half of maximum",
+        ),
+        ({"P": np.full(N, np.nan)}, "generator_power: column 'P': no mean; the row is excluded"),
     ],
 )
 def test_statistics_that_no_series_has(turbine: Turbine, change: dict[str, Any], words: str) -> None:

@@ -107,10 +107,9 @@ def calibrate(
     """Zero and gain of two gauges from their readings under gravity (V-10, V-11).
 
     Args:
-      channels: names of the gauges.
+      channels, date: names of the gauges; [s] since 1970.
       readings, moments: (T, 2) in any unit, NaN where one is missing; [N m] of gravity.
       parts: (T,) number of the revolution, or sector of a sweep, of each sample.
-      date: [s] since 1970.
 
     Raises:
       InputError: there are too few parts, or a gauge has the wrong sign.
@@ -126,28 +125,27 @@ def calibrate(
     half = student.ppf(0.975, n - 1) * np.sqrt((n - 1.0) * left.var(axis=0))
     rest = s - best[0] - M @ np.linalg.pinv(best[1:]).T
     deviation, share = shape.std(axis=0), 1.0 - rest.var(axis=0) / np.maximum(s.var(axis=0), 1e-300)
-    notes: list[str] = []
-    use: list[Use] = []
+    notes = []
+    unmoved, unexplained = deviation < LEAST_RANGE, share < LEAST_SHARE
+    unknown = unmoved | unexplained
     for i, name in enumerate(channels):
-        why = ""
-        if deviation[i] < LEAST_RANGE:
-            why = f"gravity moves it by {100.0 * deviation[i]:.1f} % of its largest moment only; turn at another pitch"
-        elif share[i] < LEAST_SHARE:
-            why = f"gravity explains {100.0 * max(share[i], 0.0):.0f} % of its variance only"
+        if unknown[i]:
+            moves, explains = 100.0 * deviation[i], 100.0 * max(share[i], 0.0)
+            why = f"gravity explains {explains:.0f} % of its variance only"
+            if unmoved[i]:
+                why = f"gravity moves it by {moves:.1f} % of its largest moment only; turn at another pitch"
+            notes.append(f"{name}: not calibrated: {why}; only its standard deviation and equivalent load are compared")
         elif best[1 + i, i] + half[1 + i, i] < 0.0:
             raise InputError(
                 f"{name}: the reading falls where the moment of gravity grows; give sign: -1, or correct the direction "
                 "of azimuth or yaw"
             )
-        use.append("range" if why else "all")
-        if why:
-            notes.append(f"{name}: not calibrated: {why}; only its standard deviation and equivalent load are compared")
     if not coupled:
         notes.append("crosstalk is not known: the moments of both gauges are proportional; turn at two pitch angles")
-    unknown = np.array(use) == "range"
     best[1:, unknown] = 0.0  # and without that gauge no crosstalk of the other one
     for estimates in (best, half):
         estimates[0, unknown] = estimates[1:][unknown] = np.nan
+    use: list[Use] = ["range" if each else "all" for each in unknown]
     return Calibration(channels, best[0], half[0], best[1:], half[1:], tuple(use), n, date, tuple(notes))
 
 
@@ -197,13 +195,7 @@ def calibrate_tower(record: MeasuredRecord, turbine: Turbine) -> Calibration:
 def calibrations_of(
     records: Sequence[MeasuredRecord], turbine: Turbine, idle: Sequence[str], sweeps: Sequence[str]
 ) -> list[Calibration]:
-    """Calibrations of all gauges, one for each pattern of files.
-
-    Args:
-      records: all records.
-      turbine: its blades, rotor and nacelle.
-      idle: patterns of the files of one date with slow rotations at idle.
-      sweeps: patterns of the files with a yaw sweep.
+    """Calibrations of all gauges, one for each pattern of files: slow rotations at idle of one date, and yaw sweeps.
 
     Raises:
       InputError: no file matches, or as of :func:`calibrate_roots` and :func:`calibrate_tower`.
@@ -216,10 +208,9 @@ def calibrations_of(
         if pattern in sweeps:
             result.append(calibrate_tower(some[0], turbine))
             continue
-        blades = [
-            b for b in range(1, turbine.n_blades + 1) if {FLAP.format(b), EDGE.format(b)} <= some[0].signals.keys()
-        ]
-        result += [calibrate_roots(some, turbine, b) for b in blades]
+        for b in range(1, turbine.n_blades + 1):
+            if {FLAP.format(b), EDGE.format(b)} <= some[0].signals.keys():
+                result.append(calibrate_roots(some, turbine, b))
     return result
 
 
@@ -255,13 +246,12 @@ def calibration_table(calibrations: Sequence[Calibration]) -> Table:
     """Zeros, gains and crosstalk with their intervals, and drift since the first calibration of the same gauges."""
     rows: list[list[str]] = []
     first: dict[str, Calibration] = {}
-    for each in calibrations:
-        begin = first.setdefault(each.channels[0], each)
-        for i, name in enumerate(each.channels):
-            cross = 100.0 * each.gain[i, 1 - i] / each.gain[i, i]
-            values = (each.zero[i], each.zero_half[i], each.gain[i, i], each.gain_half[i, i], cross)
-            drift = "" if begin is each else "yes" if drifted(begin, each)[i] else "no"
-            rows.append([name, moment(each.date), *map(number, values), drift, each.use[i]])
+    for c in calibrations:
+        begin = first.setdefault(c.channels[0], c)
+        for i, name in enumerate(c.channels):
+            values = c.zero[i], c.zero_half[i], c.gain[i, i], c.gain_half[i, i], 100.0 * c.gain[i, 1 - i] / c.gain[i, i]
+            drift = "" if begin is c else "yes" if drifted(begin, c)[i] else "no"
+            rows.append([name, moment(c.date), *map(number, values), drift, c.use[i]])
     head = "gauge|date (UTC)|zero|+/-|gain\nN m|+/-|crosstalk\n%|drift|compared".split("|")
     note = "; ".join(dict.fromkeys(note for each in calibrations for note in each.notes))
     return Table(head, rows, "Calibration by gravity, 95 % intervals", text_columns=2, note=note)

@@ -61,13 +61,12 @@ def _of_stamps(record: MeasuredRecord, logger: str, signal: Signal) -> Iterator[
     for i in np.flatnonzero((gaps > 1.5 * step) | (gaps < 0.5 * step)):
         before, seconds = float(time[i]), float(gaps[i])
         lost = max(round(seconds / step) - 1, 1)
-        if seconds > step:
-            kind, text = "gap", f"{lost} samples at {signal.rate:.4g} Hz are missing after {moment(before)}"
-        elif seconds >= 0.0:
+        kind, text = "gap", f"{lost} samples at {signal.rate:.4g} Hz are missing after {moment(before)}"
+        if seconds < 0.0:
+            kind, text = "order", f"time goes back by {-seconds:.4g} s; sort the rows, or correct zone and clock"
+        elif seconds < step:
             kind = "duplicate"
             text = "two rows have one time stamp; remove one of them, or correct zone (end of summer time)"
-        else:
-            kind, text = "order", f"time goes back by {-seconds:.4g} s; sort the rows, or correct zone and clock"
         yield DataIssue(kind, record.file, logger, before, max(seconds, 0.0), lost, text)
 
 
@@ -94,18 +93,17 @@ def _of_samples(record: MeasuredRecord, name: str, sensor: Sensor) -> Iterator[D
 
 def _of_statistics(record: MeasuredRecord, name: str, sensor: Sensor) -> Iterator[DataIssue]:
     """Statistics that no series has: a mean beyond the extremes, or a deviation that these do not allow."""
-    known, turns = record.statistics[name], sensor.kind in ("position", "vane") or sensor.component == "direction"
-    low, mean, high, std = (known.get(key, np.nan) for key in ("min", "mean", "max", "std"))
-    kind, text = "statistics", ""
-    if "mean" not in known:
-        kind, text = "missing", "no mean"
+    low, mean, high, std = (record.statistics[name].get(key, np.nan) for key in ("min", "mean", "max", "std"))
+    text, turns = "", sensor.si[0] == "rad"  # a direction passes north
+    if np.isnan(mean):
+        yield issue_of_all("missing", [record], name, f"column {sensor.label!r}: no mean; the row is excluded")
     elif not turns and (low > mean or mean > high):
         text = "the mean is not between minimum and maximum"
     elif not turns and (std < 0.0 or std > 0.5 * (1.0 + ROUNDED) * (high - low)):
         text = "the standard deviation is negative, or more than half of maximum less minimum"
     if text:
-        text += "; correct the columns of the map" if kind == "statistics" else "; excluded from statistics"
-        yield DataIssue(kind, record.file, f"{name} ({sensor.label})", record.begin, record.length, 1, text)
+        text = f"column {sensor.label!r}: {text}; correct the columns of the map"
+        yield issue_of_all("statistics", [record], name, text)
 
 
 def runs(marked: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -8,7 +8,7 @@ Reference: docs/theory/validation.md (V-4).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
 from meltemi.postprocess.bins import EDGES
 from meltemi.report.tables import number
@@ -94,15 +93,13 @@ def operation_of(record: MeasuredRecord, turbine: Turbine) -> Operation | None:
 
 def _operation_by_statistics(of: Mapping[str, Mapping[str, float]], turbine: Turbine) -> Operation | None:
     power, speed = of["generator_power"], of.get("rotor_speed", {})
+    limit, rated = LEAST_POWER * turbine.rated_power, rated_rotor_speed(turbine)
     if "mean" not in power:
         return None
-    limit, rated = LEAST_POWER * turbine.rated_power, rated_rotor_speed(turbine)
     if speed.get("max", 0.0) > OVERSPEED * rated:
         return "fault"
-    if power.get("min", power["mean"]) > limit:
-        return "production"
     if power.get("max", power["mean"]) > limit:
-        return "interrupted"
+        return "production" if power.get("min", power["mean"]) > limit else "interrupted"
     return "parked" if speed.get("mean", np.inf) < LEAST_SPEED * rated else "idling"
 
 
@@ -126,43 +123,37 @@ def select(
     direction = [rules.direction] if rules.sector else []
     selected = []
     for record in records:
-        machine = (
-            ["generator_power"]
-            if record.statistics and "rotor_speed" not in record.signals
-            else ["rotor_speed", "generator_power"]
-        )
-        required = list(dict.fromkeys([wind, *machine, *needed, *direction]))
-        for name in required:
-            if name not in record.signals:
-                raise InputError(f"{record.file}: no channel {name!r}: {did_you_mean(name, record.signals)}")
+        optional = {"rotor_speed"} - record.signals.keys() if record.statistics else set()
+        names = dict.fromkeys([wind, "rotor_speed", "generator_power", *needed, *direction])
+        required = [name for name in names if name not in optional]
+        shares = {name: record.completeness(name) for name in required}
         v = record[wind].finite
         mean = float(np.mean(v)) if len(v) else np.nan
         turbulence = float(np.std(v)) / mean if mean > 0.0 else np.nan
-        reason = _reason(record, mean, required, issues, rules)
+        reason = next(_reasons(record, mean, shares, issues, rules), "")
         selected.append(SelectedRecord(record, operation_of(record, turbine), mean, turbulence, reason))
     return selected
 
 
-def _reason(
-    record: MeasuredRecord, mean: float, required: Sequence[str], issues: Sequence[DataIssue], rules: SelectionRules
-) -> str:
-    """Why a record is rejected; empty if it is not."""
-    for name in required:
-        if (share := record.completeness(name)) < rules.complete:
-            return f"{name}: {100.0 * share:.1f} % of the samples, {100.0 * rules.complete:g} % are required"
+def _reasons(
+    record: MeasuredRecord, mean: float, shares: Mapping[str, float], issues: Sequence[DataIssue], rules: SelectionRules
+) -> Iterator[str]:
+    """Why a record is rejected; none if it is not. ``shares`` of the samples are there of the required channels."""
+    for name, share in shares.items():
+        if share < rules.complete:
+            yield f"{name}: {100.0 * share:.1f} % of the samples, {100.0 * rules.complete:g} % are required"
     if not mean > 0.0:
-        return f"mean wind speed {mean:.3g} m/s"
+        yield f"mean wind speed {mean:.3g} m/s"
     for issue in issues:
         inside = issue.time < record.begin + record.length and issue.time + issue.duration >= record.begin
-        concerned = issue.channel.split(" (")[0] in required or issue.kind in ("order", "clock")
+        concerned = issue.channel.split(" (")[0] in shares or issue.kind in ("order", "clock")
         if issue.kind in rules.excluding and inside and concerned:
-            return f"{issue.kind} in {issue.channel or issue.file}"
+            yield f"{issue.kind} in {issue.channel or issue.file}"
     if rules.sector is not None:
         low, high = rules.sector
         centre = np.angle(np.sum(np.exp(1j * record[rules.direction].finite)))
         if (centre - low) % (2.0 * np.pi) > (high - low) % (2.0 * np.pi):
-            return f"wind direction {np.degrees(centre) % 360.0:.0f} deg outside the undisturbed sector"
-    return ""
+            yield f"wind direction {np.degrees(centre) % 360.0:.0f} deg outside the undisturbed sector"
 
 
 def capture_matrix(selected: Sequence[SelectedRecord], operation: Operation = "production") -> NDArray[np.intp]:
@@ -183,10 +174,10 @@ def capture_table(matrix: NDArray[np.intp]) -> Table:
 
 def selection_table(selected: Sequence[SelectedRecord]) -> Table:
     """Records, used and rejected, as a table of reports."""
-    rows = []
-    for each in selected:
-        names = [each.record.file, moment(each.record.begin), each.operation or "unknown"]
-        numbers = [number(each.wind_speed), number(100.0 * each.turbulence)]
-        rows.append([*names, "rejected" if each.rejected else "used", *numbers, each.rejected])
     head = ["file", "begin (UTC)", "operation", "", "wind\nm/s", "turbulence\n%", "reason"]
+    rows = [
+        [s.record.file, moment(s.record.begin), s.operation or "unknown", "rejected" if s.rejected else "used",
+         number(s.wind_speed), number(100.0 * s.turbulence), s.rejected]
+        for s in selected
+    ]  # fmt: skip
     return Table(head, rows, "Records", text_columns=4)
