@@ -141,6 +141,12 @@ def test_statistics_that_no_series_has(turbine: Turbine, change: dict[str, Any],
     assert not doubtful(records(), channel_map())
 
 
+def test_a_row_without_the_deviation_of_the_wind_is_rejected(turbine: Turbine) -> None:
+    """It would be a wind without turbulence."""
+    every = select(records(sv=np.where(np.arange(N) == 3, np.nan, ROWS["sv"])), turbine)
+    assert [each.rejected for each in every if each.rejected] == ["wind_speed: 0.0 % of the samples, 99 % are required"]
+
+
 def test_directions_may_pass_north() -> None:
     vane = {"statistics": {"mean": "d", "min": "l", "max": "h"}, "unit": "deg", "kind": "vane"}
     columns = {"d": np.full(N, 3.0), "l": np.full(N, 5.0), "h": np.full(N, 350.0)}
@@ -213,7 +219,7 @@ def test_wind_and_air_of_a_row(turbine: Turbine) -> None:
 MAPS: dict[str, tuple[dict[str, Any], str]] = {
     "both": ({"column": "P"}, "give column; or statistics"),
     "unknown": ({"statistics": {"average": "P"}}, "average"),
-    "some": ({"column": "P", "statistics": {}}, "every channel names the columns of its statistics, or the logger"),
+    "some": ({"column": "P", "statistics": {}}, "either every channel names the columns of them, or the logger"),
 }
 
 
@@ -228,7 +234,7 @@ def test_wrong_maps() -> None:
     with pytest.raises(InputError, match="wind: wind_speed needs mean and std to define the wind; std is missing"):
         channel_map(wind_speed={**CHANNELS["wind_speed"], "statistics": {"mean": "v"}})
     series = {"time": TIMES, "channels": {"pitch_1": {"column": "a", "unit": "deg"}}}
-    with pytest.raises(InputError, match="all have ten-minute statistics, with time stamps to join their rows"):
+    with pytest.raises(InputError, match="all have ten-minute statistics, with times to join their rows"):
         ChannelMap(loggers={"scada": {"time": TIMES, "channels": CHANNELS}, "b": series})
     with pytest.raises(InputError, match="time: the column of the time stamps is needed"):
         ChannelMap(loggers={"b": {"channels": series["channels"]}}, wind="pitch_1")

@@ -76,9 +76,7 @@ class Sensor(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if bool(self.column) == bool(self.statistics):
-            raise ValueError(
-                "give column; or statistics, with the column of each, for a table of ten-minute statistics"
-            )
+            raise ValueError("give column; or statistics, with the column of each, of a table of ten-minute statistics")
         return self
 
     def in_si(self, x: NDArray[np.float64], statistic: Statistic | None = None) -> NDArray[np.float64]:
@@ -162,23 +160,21 @@ class Logger(Record):
                 raise ValueError(f"no channel {name!r} for a {sensor.kind}: {did_you_mean(name, names)}")
             if channel and unit != channel.unit and not (unit in ("mV/V", "V") and sensor.kind == "gauge"):
                 raise ValueError(
-                    f"{name}: unit {sensor.unit} of column {sensor.column!r}, but {channel.name} is in "
+                    f"{name}: unit {sensor.unit} of column {sensor.label!r}, but {channel.name} is in "
                     f"{channel.display_unit[0]}; correct the unit, or the name of the channel"
                 )
             if channel and sensor.axes and sensor.axes != channel.frame:
                 raise ValueError(
-                    f"{name}: column {sensor.column!r} is in {sensor.axes}, but {channel.name} is in "
+                    f"{name}: column {sensor.label!r} is in {sensor.axes}, but {channel.name} is in "
                     f"{channel.frame}; choose the channel of those axes"
                 )
         return known
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        of_columns = [bool(sensor.statistics) for sensor in self.channels.values()]
-        if any(of_columns) and (self.statistics or not all(of_columns)):
-            raise ValueError(
-                "statistics: either every channel names the columns of its statistics, or the logger the files"
-            )
+        of_columns = {bool(sensor.statistics) for sensor in self.channels.values()}
+        if True in of_columns and (self.statistics or False in of_columns):
+            raise ValueError("statistics: either every channel names the columns of them, or the logger the files")
         if self.time is None and not self.statistical:
             raise ValueError("time: the column of the time stamps is needed")
         return self
@@ -187,11 +183,6 @@ class Logger(Record):
     def statistical(self) -> bool:
         """Whether its rows are ten-minute statistics."""
         return bool(self.statistics) or any(sensor.statistics for sensor in self.channels.values())
-
-    @property
-    def statistics_file(self) -> str:
-        """The first one of the files of its statistics."""
-        return next(iter(self.statistics.values()), "")
 
     def columns_of(self, sensor: Sensor) -> dict[Statistic | None, str]:
         """Column of a sensor, or of its statistics; those of a file for each statistic are ``mean/P``."""
@@ -217,24 +208,19 @@ class ChannelMap(Record):
             raise ValueError("loggers: at least one channel is needed")
         if self.wind not in names:
             raise ValueError(f"wind: no channel {self.wind!r} in the map: {did_you_mean(self.wind, names)}")
-        loggers = self.loggers.values()
-        if self.statistical and not all(each.statistical and (each.time or len(loggers) == 1) for each in loggers):
-            raise ValueError(
-                "loggers: all have ten-minute statistics, with time stamps to join their rows, or none has"
-            )
-        known = next(self.loggers[key].columns_of(sensor) for name, key, sensor in self.sensors() if name == self.wind)
-        if self.statistical and (lacking := {"mean", "std"} - known.keys()):
-            raise ValueError(f"wind: {self.wind} needs mean and std to define the wind; {min(lacking)} is missing")
+        if self.statistical:
+            loggers, one = self.loggers.values(), len(self.loggers) == 1
+            if not all(each.statistical and (each.time or one) for each in loggers):
+                raise ValueError("loggers: all have ten-minute statistics, with times to join their rows, or none has")
+            known = next(self.loggers[key].columns_of(each) for name, key, each in self.sensors() if name == self.wind)
+            if lacking := {"mean", "std"} - known.keys():
+                raise ValueError(f"wind: {self.wind} needs mean and std to define the wind; {min(lacking)} is missing")
         return self
 
     @property
     def statistical(self) -> bool:
         """Whether the measurement is ten-minute statistics, not series."""
         return any(logger.statistical for logger in self.loggers.values())
-
-    def sensors_of(self, logger: str) -> dict[str, Sensor]:
-        """Sensors of a logger by channel."""
-        return {name: sensor for name, of, sensor in self.sensors() if of == logger}
 
     def sensors(self) -> Iterator[tuple[str, str, Sensor]]:
         """Channel, logger and sensor of all columns; a channel that another logger has, too, is ``channel@logger``."""

@@ -101,8 +101,7 @@ class Comparison:
 
 def mean_of_known(x: Float, axis: int = -1) -> Float:
     """Mean along an axis of what is not missing; NaN where everything is."""
-    count = np.isfinite(x).sum(axis)
-    return np.asarray(np.where(count, np.nansum(x, axis) / np.maximum(count, 1), np.nan))
+    return np.asarray(np.ma.masked_invalid(x).mean(axis).filled(np.nan))
 
 
 def agreement(
@@ -147,12 +146,7 @@ def student(freedom: ArrayLike) -> Float:
 
 
 def prediction_half(spread: Float, count: NDArray[np.intp]) -> Float:
-    """Half-width about the mean of ``count`` seeds within which one seed more lies (V-15).
-
-    Args:
-      spread: (R,) standard deviation of the seeds.
-      count: (R,) number of seeds.
-    """
+    """(R,) half-width about the mean of ``count`` seeds of a deviation within which one seed more lies (V-15)."""
     return np.asarray(student(np.maximum(count - 1, 1)) * spread * np.sqrt(1.0 + 1.0 / count))
 
 

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
-from meltemi.core.extras import need
 from meltemi.postprocess.bins import TEN_MINUTES
 from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, Statistic
 from meltemi.validation.mapped_columns import columns_of_statistics, table_of
@@ -91,7 +90,8 @@ def read_measurements(folder: str | Path, channels: ChannelMap) -> list[Measured
         raise InputError(f"{folder}: no such file or folder")
     for key, logger in channels.loggers.items():
         if logger.statistics:
-            files[key] = {logger.statistics_file: columns_of_statistics(folder, logger.statistics)}
+            first = next(iter(logger.statistics.values()))
+            files[key] = {first: columns_of_statistics(folder, logger.statistics)}
             continue
         paths = [folder] if folder.is_file() else sorted(path for path in folder.glob(logger.files) if path.is_file())
         if not paths:
@@ -128,8 +128,10 @@ class _Rows(NamedTuple):
 
 def _records(files: Mapping[str, Mapping[str, Columns]], channels: ChannelMap) -> list[MeasuredRecord]:
     """Records of the files by logger."""
-    need("reading of measurements", "pandas")
-    loggers = [_rows(files[key], logger, channels.sensors_of(key)) for key, logger in channels.loggers.items()]
+    loggers = [
+        _rows(files[key], logger, {name: sensor for name, of, sensor in channels.sensors() if of == key})
+        for key, logger in channels.loggers.items()
+    ]
     return _of_statistics(loggers, channels) if channels.statistical else _of_series(loggers)
 
 
@@ -158,29 +160,25 @@ def _of_series(loggers: Sequence[_Rows]) -> list[MeasuredRecord]:
 
 def _of_statistics(loggers: Sequence[_Rows], channels: ChannelMap) -> list[MeasuredRecord]:
     """Records of the rows of the first logger, with those of the other ones that begin at the same second."""
-    places = []
-    for rows in loggers:
-        begins, count = np.unique(rows.time.round(), return_counts=True)
-        if np.any(count > 1):
-            twice = moment(begins[count > 1][0])
-            raise InputError(f"{rows.file(0)}: two rows begin at {twice}; remove one, or correct zone (summer time)")
-        places.append({begin: row for row, begin in enumerate(rows.time.round().tolist())})
-    records = []
-    for begin in sorted(places[0]):
-        statistics: dict[str, dict[str, float]] = {}
-        for rows, at in zip(loggers, places, strict=True):
-            for (name, statistic), x in rows.values.items():
-                of = statistics.setdefault(name, {})
-                if statistic and begin in at and np.isfinite(value := float(x[at[begin]])):
-                    of[statistic] = value
-        signals = {}
+    import pandas as pd
+
+    tables = [pd.DataFrame(rows.values, rows.time.round()) for rows in loggers]
+    for rows, table in zip(loggers, tables, strict=True):
+        if len(twice := table.index[table.index.duplicated()]):
+            text = f"two rows begin at {moment(twice[0])}; remove one, or correct zone (summer time)"
+            raise InputError(f"{rows.file(0)}: {text}")
+    values, records = pd.concat(tables, axis=1).reindex(tables[0].index).to_dict("records"), []
+    for row in np.argsort(tables[0].index).tolist():
+        begin = float(tables[0].index[row])
+        signals, statistics = {}, {name: dict[str, float]() for name, _, _ in channels.sensors()}
+        for (name, statistic), value in values[row].items():
+            if np.isfinite(value):
+                statistics[name][statistic] = value
         for name, _, sensor in channels.sensors():
-            of = statistics[name]
-            std = 0.0 if sensor.si[0] == "rad" else of.get("std", 0.0)  # directions have a mean only
-            samples = of.get("mean", np.nan) + std * np.array([-1.0, 1.0])
+            mean, std = values[row].get((name, "mean"), np.nan), values[row].get((name, "std"), 0.0)
+            samples = np.full(2, mean) if sensor.si[0] == "rad" else np.array([mean - std, mean + std])
             signals[name] = Signal(begin + np.array([0.0, 1.0]), samples, 2.0 / TEN_MINUTES)
-        file = loggers[0].file(places[0][begin])
-        records.append(MeasuredRecord(begin, TEN_MINUTES, file, signals, statistics))
+        records.append(MeasuredRecord(begin, TEN_MINUTES, loggers[0].file(row), signals, statistics))
     return records
 
 

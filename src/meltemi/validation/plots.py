@@ -25,12 +25,7 @@ SIDES = (("measured", INK), ("simulated", COLOURS[1]))
 
 
 def plot_capture_matrix(matrix: NDArray[np.intp], what: str = "") -> Figure:
-    """Numbers of records over wind speed and turbulence intensity.
-
-    Args:
-      matrix: from :func:`meltemi.validation.selection.capture_matrix`.
-      what: of the title, such as the class of operation.
-    """
+    """Numbers of records over wind speed and turbulence intensity (``capture_matrix``); ``what`` is of the title."""
     figure, axes = new_figure(1, size=(9.0, 4.8))
     ax = axes[0, 0]
     colours = LinearSegmentedColormap.from_list("records", ["white", COLOURS[3]])
@@ -46,12 +41,7 @@ def plot_capture_matrix(matrix: NDArray[np.intp], what: str = "") -> Figure:
 
 
 def plot_agreement(comparison: Comparison, statistics: Sequence[tuple[str, str]]) -> Figure:
-    """Simulated over measured values of each record, with the interval of the seeds.
-
-    Args:
-      comparison: records.
-      statistics: channels and their statistics, one panel each.
-    """
+    """Simulated over measured values of each record, with the interval of the seeds; a panel for each statistic."""
     figure, axes = _panels(len(statistics), 3)
     for ax, (name, statistic) in zip(axes, statistics, strict=True):
         x, y = comparison.values(name, statistic)

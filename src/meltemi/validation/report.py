@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -48,6 +49,16 @@ class Findings:
     further: Sequence[Section] = ()  # of sensitivities and a fit
     repeat: str = ""  # command line
     footer: str = ""
+
+    @cached_property
+    def agreements(self) -> list[Agreement]:
+        """Of every channel and statistic."""
+        return self.comparison.agreements()
+
+    @property
+    def headline(self) -> list[Agreement]:
+        """Those of the first page."""
+        return headline(self.agreements, self.comparison.channels)
 
 
 def headline(agreements: Sequence[Agreement], channels: Sequence[str]) -> list[Agreement]:
@@ -96,10 +107,10 @@ def power_table(comparison: Comparison) -> Table:
     return Table(head, rows, "Power at 1.225 kg/m³ with standard uncertainties of the means", text_columns=0)
 
 
-def report_document(findings: Findings, tables: dict[str, Table], agreements: Sequence[Agreement]) -> Document:
+def report_document(findings: Findings, tables: Mapping[str, Table]) -> Document:
     """The report, with the tables that are files, too."""
     c = findings.comparison
-    judged = [a for a in agreements if a.statistic in HEADLINE]
+    judged = [a for a in findings.agreements if a.statistic in HEADLINE]
     outside = [a for a in judged if a.outside > 0.0]
     lead = VerdictBlock(
         "doubtful" if outside else "good",
@@ -109,7 +120,7 @@ def report_document(findings: Findings, tables: dict[str, Table], agreements: Se
          f"{100.0 * a.resolvable:.1f} %)" for a in outside],
     )  # fmt: skip
     sections = [
-        Section("At a glance", [*_first_page(c, agreements)]),
+        Section("At a glance", [*_first_page(c, findings.headline)]),
         *findings.further,
         Section("All statistics", [Folded("All channels and statistics", tables["statistics"])]),
         Section("Records", [tables["records"], *_selection(findings, tables["selection"])]),
@@ -121,8 +132,7 @@ def report_document(findings: Findings, tables: dict[str, Table], agreements: Se
     return Document(findings.title, shown, facts=findings.facts, lead=lead, footer=findings.footer)
 
 
-def _first_page(c: Comparison, agreements: Sequence[Agreement]) -> Iterator[Block]:
-    first = headline(agreements, c.channels)
+def _first_page(c: Comparison, first: Sequence[Agreement]) -> Iterator[Block]:
     yield agreement_table(first, "Twelve numbers")
     shown = [(a.channel, a.statistic) for a in first if a.statistic != HEADLINE[1] or a.channel in c.range_only][:6]
     if shown:
@@ -150,15 +160,13 @@ def write_findings(findings: Findings, out: Path) -> list[Path]:
     Raises:
       InputError: a file cannot be written.
     """
-    c = findings.comparison
-    agreements = c.agreements()
     tables = {
-        "statistics": agreement_table(agreements),
-        "records": record_table(c, headline(agreements, c.channels)),
+        "statistics": agreement_table(findings.agreements),
+        "records": record_table(findings.comparison, findings.headline),
         "selection": selection_table(findings.selected),
         "issues": issues_table(findings.issues),
     }
-    document = report_document(findings, tables, agreements)
+    document = report_document(findings, tables)
     files = [write_page(out / "report.html", document), write_word(out / "report.docx", document)]
     for name, table in tables.items():
         files.append(write_csv(out / f"{name}.csv", [" ".join(h.split()) for h in table.head], table.texts))

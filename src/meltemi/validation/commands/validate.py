@@ -42,7 +42,7 @@ def validate(
     from meltemi.validation.measurements import read_measurements
     from meltemi.validation.plausibility import plausible
     from meltemi.validation.quality import doubtful
-    from meltemi.validation.report import Findings, agreement_table, headline, write_findings
+    from meltemi.validation.report import Findings, agreement_table, write_findings
     from meltemi.validation.selection import select
     from meltemi.validation.settings import read_validation
     from meltemi.validation.simulations import Simulator, compared_channels, gauges_of, simulate_records
@@ -84,18 +84,15 @@ def validate(
             further = [*fitting.sections(simulator, used, comparison, parameters, why=why, progress=progress)]
     if calibrations:
         further.append(Section("Gauges", [calibration_table(calibrations)]))
-    made = made_by()
-    facts = [
-        ("Turbine", simulator.turbine.name),
-        ("Records", f"{len(records)} compared of {len(selected)}"),
-        ("Seeds", str(settings.seeds)),
-        ("Simulated", f"{length / 3600.0:.1f} h in {spent:.0f} s"),
-    ]
-    findings = Findings(
-        f"Measured and simulated: {simulator.turbine.name}", comparison, selected, issues, failed, facts,
-        further, made["repeat"], made["footer"],
-    )  # fmt: skip
-    shown = agreement_table(headline(comparison.agreements(), names))
+    facts = {
+        "Turbine": simulator.turbine.name,
+        "Records": f"{len(records)} compared of {len(selected)}",
+        "Seeds": str(settings.seeds),
+        "Simulated": f"{length / 3600.0:.1f} h in {spent:.0f} s",
+    }
+    title = f"Measured and simulated: {simulator.turbine.name}"
+    findings = Findings(title, comparison, selected, issues, failed, [*facts.items()], further, **made_by())
+    shown = agreement_table(findings.headline)
     print_table(f"{simulator.turbine.name}: {len(records)} records, {settings.seeds} seeds", shown.head, shown.texts, 3)
     print(f"{runs} runs in {spent:.1f} s ({length / max(spent, 1e-9):.0f} times real time)")
     wrote(*write_findings(findings, out))
