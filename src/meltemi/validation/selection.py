@@ -70,7 +70,7 @@ def rated_rotor_speed(turbine: Turbine) -> float:
 def operation_of(record: MeasuredRecord, turbine: Turbine) -> Operation | None:
     """Class of a record by power and rotor speed, which it must have; None without samples.
 
-    Statistics do not tell start, stop and fault apart: power that was above and below the limit is ``interrupted``.
+    Statistics do not distinguish start, stop and fault: power that was above and below the limit is ``interrupted``.
     Where there are no extremes of the power, its mean decides; the rotor speed is optional.
     """
     if record.statistics:
