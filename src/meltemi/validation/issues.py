@@ -14,7 +14,7 @@ from meltemi.validation.measurements import MeasuredRecord, moment
 class DataIssue:
     """One doubtful place in the data; the data are unchanged."""
 
-    kind: str  # gap, missing, duplicate, order, spike, stuck, lag, clock, unit, sign, turbine
+    kind: str  # gap, missing, duplicate, order, spike, stuck, lag, clock, unit, sign, turbine, statistics
     file: str
     channel: str  # and its column; empty for all of a file
     time: float  # [s] since 1970 at which it begins
@@ -38,9 +38,10 @@ def issues_table(issues: Sequence[DataIssue]) -> Table:
     groups: dict[tuple[str, str, str], list[DataIssue]] = {}
     for each in issues:
         groups.setdefault((each.kind, each.file, each.channel), []).append(each)
-    rows = []
-    for key, alike in groups.items():
-        duration, samples = sum(each.duration for each in alike), sum(each.samples for each in alike)
-        rows.append([*key, moment(alike[0].time), str(len(alike)), number(duration), str(samples), alike[0].text])
     head = ["kind", "file", "channel", "first (UTC)", "times", "duration\ns", "samples", "what to do"]
+    rows = [
+        [*key, moment(alike[0].time), str(len(alike)), number(sum(each.duration for each in alike)),
+         str(sum(each.samples for each in alike)), alike[0].text]
+        for key, alike in groups.items()
+    ]  # fmt: skip
     return Table(head, rows, text_columns=4)

@@ -52,19 +52,18 @@ def plausible(records: Sequence[MeasuredRecord], channels: ChannelMap, turbine: 
     sensors = {name: sensor for name, _, sensor in channels.sensors() if name in limits}
     signals = {name: signal for name in sensors if len((signal := joined(records, name)).finite)}
     sizes = {name: float(np.quantile(np.abs(signal.finite), 0.95)) for name, signal in signals.items()}
+    power, wind = signals.get("generator_power"), signals.get(channels.wind)
     # without speed and power nothing is concluded from small magnitudes
     turns = sizes.get("rotor_speed", np.inf) > 0.2 * rated_rotor_speed(turbine)
     produces = sizes.get("generator_power", np.inf) > 0.05 * turbine.rated_power
     issues: list[DataIssue] = []
     for name, signal in signals.items():
         sensor, (low, high) = sensors[name], limits[name]
-        running = produces if name == "rotor_speed" else turns
-        if text := _unit(sensor, sizes[name], low if running else 0.0, high):
-            issues.append(issue_of_all("unit", records, name, text))
-        if text := _sign(name, signal, high, signals.get("generator_power")):
-            issues.append(issue_of_all("sign", records, name, f"column {sensor.label!r} {text}; give sign: -1"))
-    if channels.wind in signals and "generator_power" in signals:
-        issues += _origin(records, channels, turbine, signals[channels.wind], signals["generator_power"])
+        low = low if (produces if name == "rotor_speed" else turns) else 0.0
+        texts = {"unit": _unit(sensor, sizes[name], low, high), "sign": _sign(name, signal, high, power)}
+        issues += [issue_of_all(kind, records, name, f"column {sensor.label!r} {x}") for kind, x in texts.items() if x]
+    if wind and power:
+        issues += _origin(records, channels, turbine, wind, power)
     return issues
 
 
@@ -77,10 +76,7 @@ def _unit(sensor: Sensor, size: float, low: float, high: float) -> str:
     fitting = [ratio for ratio in ratios if low <= size * ratio <= high]
     expected = f"at most {high * factor:.3g} {unit}" if size > high else f"at least {low * factor:.3g} {unit}"
     remedy = f"times {fitting[0]:.4g} it would fit; correct unit or gain" if fitting else "choose another column"
-    return (
-        f"column {sensor.label!r} in {sensor.unit} reaches {size * factor:.3g} {unit}, expected of this turbine is "
-        f"{expected}; {remedy}"
-    )
+    return f"in {sensor.unit} reaches {size * factor:.3g} {unit}, expected of this turbine is {expected}; {remedy}"
 
 
 def _sign(name: str, signal: Signal, high: float, power: Signal | None) -> str:
@@ -90,9 +86,9 @@ def _sign(name: str, signal: Signal, high: float, power: Signal | None) -> str:
         x, p = _minutes(signal, power)
         partial = p < 0.8 * np.max(p, initial=0.0)
         if partial.sum() >= 8 and np.corrcoef(x[partial], p[partial])[0, 1] < -0.5:
-            return "falls where power grows, expected is a moment of thrust"
+            return "falls where power grows, expected is a moment of thrust; give sign: -1"
     elif not name.startswith(("root_", "tower_", "pitch_")) and np.mean(signal.finite) < -0.005 * high:
-        return "is negative, expected is positive in operation"
+        return "is negative, expected is positive in operation; give sign: -1"
     return ""
 
 
@@ -109,15 +105,15 @@ def _origin(
     related = float(np.corrcoef(v[partial], p[partial])[0, 1])
     if related >= RELATED and 0.2 < ratio < 3.0:
         return
-    logger, column = {name: (key, sensor.label) for name, key, sensor in channels.sensors()}[channels.wind]
-    machine = next(key for name, key, _ in channels.sensors() if name == "generator_power")
+    places = {name: (logger, sensor.label) for name, logger, sensor in channels.sensors()}
+    (logger, column), (machine, _) = places[channels.wind], places["generator_power"]
     if logger != machine and np.ptp(wind.time) > HALF_HOUR:
         lag, best = clock_lag(wind, power, 0.1, 2.5 * HALF_HOUR)
         if best > max(related + 0.3, CLOSELY) and abs(lag) > 5.0 * MINUTE:
+            shift = f"{abs(lag) / 60.0:.0f} min {'earlier' if lag > 0.0 else 'later'}"
             text = (
-                f"logger {machine!r} fits the wind of column {column!r} best when it is "
-                f"{abs(lag) / 60.0:.0f} min {'earlier' if lag > 0.0 else 'later'} "
-                f"(correlation {best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
+                f"logger {machine!r} fits the wind of column {column!r} best when it is {shift} (correlation "
+                f"{best:.2f} instead of {related:.2f}); correct zone, stamp or clock"
             )
             yield issue_of_all("clock", records, "generator_power", text)
             return
