@@ -12,15 +12,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
 from meltemi.postprocess.bins import TEN_MINUTES
 from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, Statistic
-from meltemi.validation.mapped_columns import columns_of_statistics, table_of
-from meltemi.validation.tables_in_files import Columns, columns_of_frame, read_columns_of
-
-Float = NDArray[np.float64]
+from meltemi.validation.tables_in_files import Columns, Float, columns_of_frame, read_tables, table_of
 
 
 def moment(time: float) -> str:
@@ -85,20 +81,10 @@ def read_measurements(folder: str | Path, channels: ChannelMap) -> list[Measured
     Raises:
       InputError: there are no files, a file is damaged, a column is missing or has no numbers or dates.
     """
-    folder, files = Path(folder), {}
+    folder = Path(folder)
     if not folder.exists():
         raise InputError(f"{folder}: no such file or folder")
-    for key, logger in channels.loggers.items():
-        if logger.statistics:
-            first = next(iter(logger.statistics.values()))
-            files[key] = {first: columns_of_statistics(folder, logger.statistics)}
-            continue
-        paths = [folder] if folder.is_file() else sorted(path for path in folder.glob(logger.files) if path.is_file())
-        if not paths:
-            others = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
-            raise InputError(f"{folder}: no file {logger.files!r} of logger {key!r}; it has {others or 'no files'}")
-        files[key] = {path.name: read_columns_of(path) for path in paths}
-    return _records(files, channels)
+    return _records({key: read_tables(folder, key, logger) for key, logger in channels.loggers.items()}, channels)
 
 
 def measurements_of(frames: Mapping[str, Any], channels: ChannelMap) -> list[MeasuredRecord]:
