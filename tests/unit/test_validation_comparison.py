@@ -254,7 +254,7 @@ def test_power_curve() -> None:
         compared("d", 8.26, 1.225, 130.0, (120.0, 122.0)),  # from 8.25 m/s on the next bin begins
         compared("e", 8.26, 1.225, np.nan, (500.0,)),
     )
-    first, second = power_curve(Comparison(records, ("generator_power",)))
+    first, second = power_curve(Comparison(records, ("generator_power",))).itertuples()
     assert (first.speed, first.records) == (pytest.approx((8.1 + 8.0 + 7.76) / 3.0), 3)
     assert (first.measured, first.simulated) == (pytest.approx(98.0), pytest.approx((111.0 + 107.0 + 92.0) / 3.0))
     assert first.measured_error == pytest.approx(stats.sem([100.0, 104.0, 90.0]))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,9 @@ from scipy import stats
 
 from meltemi.environment.site import STANDARD
 from meltemi.validation.reduction import RANGE_ONLY, STATISTICS, ReducedRecord
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Float = NDArray[np.float64]
 CONFIDENCE = 0.95
@@ -150,26 +153,16 @@ def prediction_half(spread: Float, count: NDArray[np.intp]) -> Float:
     return np.asarray(student(np.maximum(count - 1, 1)) * spread * np.sqrt(1.0 + 1.0 / count))
 
 
-class PowerBin(NamedTuple):
-    """A bin of the power curve: normalised wind speed [m/s], number of records, measured and simulated power [W] with
-    the standard uncertainties of their means (category A)."""
+def power_curve(comparison: Comparison, channel: str = "generator_power") -> pd.DataFrame:
+    """Measured and simulated power in bins of 0.5 m/s of the wind speed at 1.225 kg/m^3 (V-18, IEC 61400-12-1).
 
-    speed: float
-    records: int
-    measured: float
-    measured_error: float
-    simulated: float
-    simulated_error: float
-
-
-def power_curve(comparison: Comparison, channel: str = "generator_power") -> list[PowerBin]:
-    """Measured and simulated power in bins of 0.5 m/s of the wind speed at 1.225 kg/m^3 (V-18, IEC 61400-12-1)."""
+    Columns: normalised wind ``speed`` [m/s], number of ``records``, ``measured`` and ``simulated`` power [W], and of
+    both the standard uncertainty of the mean (category A), ``measured_error`` and ``simulated_error``.
+    """
     import pandas as pd
 
     measured, seeds = comparison.values(channel, "mean")
     speed = np.array([r.wind_speed * (r.air_density / STANDARD) ** (1.0 / 3.0) for r in comparison.records])
     table = pd.DataFrame({"speed": speed, "measured": measured, "simulated": mean_of_known(seeds)}).dropna()
     bins = table.groupby(np.floor(table["speed"] / BIN + 0.5))
-    mean, error = bins.mean(), bins.sem()
-    columns = (mean["speed"], bins.size(), mean["measured"], error["measured"], mean["simulated"], error["simulated"])
-    return [PowerBin(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+    return bins.mean().join(bins.sem(), rsuffix="_error").assign(records=bins.size())

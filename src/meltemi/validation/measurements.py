@@ -12,11 +12,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, UnknownNameError, did_you_mean
 from meltemi.postprocess.bins import TEN_MINUTES
 from meltemi.validation.channel_map import ChannelMap, Logger, Sensor, Statistic
-from meltemi.validation.tables_in_files import Columns, Float, columns_of_frame, read_tables, table_of
+from meltemi.validation.tables_in_files import Columns, columns_of_frame, read_tables, table_of
+
+Float = NDArray[np.float64]
 
 
 def moment(time: float) -> str:

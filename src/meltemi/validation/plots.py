@@ -79,11 +79,11 @@ def plot_operation(comparison: Comparison) -> Figure:
     loads = [n for n in turned if "moment" in n][:1]
     figure, axes = new_figure(1, 1 + len(loads), size=(10.0, 4.0), share=False)
     ax = axes[0, 0]
-    bins = power_curve(comparison) if "generator_power" in comparison.channels else []
-    unit, factor = unit_of("generator_power", np.array([b.measured for b in bins]))
+    bins = power_curve(comparison)
+    unit, factor = unit_of("generator_power", bins["measured"].to_numpy())
     for what, colour in SIDES:
-        power = factor * np.array([[getattr(b, what), getattr(b, f"{what}_error")] for b in bins]).reshape(-1, 2).T
-        ax.errorbar([b.speed for b in bins], *power, fmt="o-", ms=4.0, lw=1.0, color=colour, label=what)
+        power = factor * bins[what], factor * bins[f"{what}_error"]
+        ax.errorbar(bins["speed"], *power, fmt="o-", ms=4.0, lw=1.0, color=colour, label=what)
     panel(ax, "Power curve at 1.225 kg/m³, bars: standard uncertainty of the mean", unit, "wind speed [m/s]")
     ax.legend(fontsize=8.0)
     for ax, name in zip(axes[0, 1:], loads, strict=True):

@@ -102,7 +102,10 @@ def record_table(comparison: Comparison, shown: Sequence[Agreement]) -> Table:
 
 def power_table(comparison: Comparison) -> Table:
     """Power curve as a table."""
-    rows = [[number(b.speed), str(b.records), *(number(1e-3 * x) for x in b[2:])] for b in power_curve(comparison)]
+    bins = power_curve(comparison)
+    power = 1e-3 * bins[["measured", "measured_error", "simulated", "simulated_error"]].to_numpy()
+    every = zip(bins["speed"], bins["records"], power, strict=True)
+    rows = [[number(speed), str(n), *map(number, kilowatts)] for speed, n, kilowatts in every]
     head = ["wind\nm/s", "records", "measured\nkW", "+/-\nkW", "simulated\nkW", "+/-\nkW"]
     return Table(head, rows, "Power at 1.225 kg/m³ with standard uncertainties of the means", text_columns=0)
 

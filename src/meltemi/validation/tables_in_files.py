@@ -37,7 +37,7 @@ NUMBER = re.compile(r'\s*"?\s*[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?\s*"?\s*'
 def read_tables(folder: Path, key: str, logger: Logger) -> dict[str, Columns]:
     """Columns of all files of a logger in a folder, or of one file; ``key`` of the logger is for messages.
 
-    Of a file for each statistic there is one table: columns such as ``mean/P``, and those of the first one for its times.
+    A file for each statistic makes one table, of columns such as ``mean/P``, and those of the first file for its times.
 
     Raises:
       InputError: there are no files; or as of :func:`read_columns_of`.
