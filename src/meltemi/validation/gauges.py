@@ -15,6 +15,7 @@ from typing import Literal
 
 import numpy as np
 from scipy.integrate import simpson
+from scipy.spatial.transform import Rotation
 from scipy.stats import t as student
 
 from meltemi.core.errors import InputError
@@ -74,13 +75,9 @@ def root_moments(turbine: Turbine, azimuth: Float, pitch: Float) -> Float:
 
     Both angles (T,) [rad] are those of the blade.
     """
-    tilt, cone = turbine.nacelle.tilt, turbine.hub.precone
-    along, outward = GRAVITY * np.sin(tilt), -GRAVITY * np.cos(tilt) * np.cos(azimuth)
-    x = along * np.cos(cone) + outward * np.sin(cone)
-    y = -GRAVITY * np.cos(tilt) * np.sin(azimuth)
-    z = outward * np.cos(cone) - along * np.sin(cone)
-    c, s = np.cos(pitch), np.sin(pitch)
-    return np.cross(first_moment(turbine), np.stack([c * x - s * y, s * x + c * y, z], axis=-1))[..., [1, 0]]
+    shaft, cone = (Rotation.from_euler("y", angle) for angle in (turbine.nacelle.tilt, -turbine.hub.precone))
+    blade = shaft * Rotation.from_euler("x", azimuth[:, None]) * cone * Rotation.from_euler("z", -pitch[:, None])
+    return np.cross(first_moment(turbine), blade.inv().apply([0.0, 0.0, -GRAVITY]))[..., [1, 0]]
 
 
 def overhanging_mass(turbine: Turbine) -> Float:
