@@ -136,7 +136,12 @@ def test_tables_of_two_loggers_are_joined_by_their_times() -> None:
 def test_statistics_that_no_series_has(turbine: Turbine, change: dict[str, Any], words: str) -> None:
     every = records(**change)
     issues = doubtful(every, channel_map())
-    assert len(issues) == N and words in str(issues[0]) and len({str(issue) for issue in issues}) == 1
+    assert (
+        len(issues) == N
+        and {issue.samples for issue in issues} == {1}
+        and words in str(issues[0])
+        and len({str(issue) for issue in issues}) == 1
+    )
     assert all(each.rejected for each in select(every, turbine, issues=issues))
     assert not doubtful(records(), channel_map())
 

@@ -28,7 +28,8 @@ class DataIssue:
 
 def issue_of_all(kind: str, records: Sequence[MeasuredRecord], channel: str, text: str) -> DataIssue:
     """An issue of a channel in all records."""
-    begin, samples = records[0].begin, sum(len(record[channel].time) for record in records)
+    begin = records[0].begin
+    samples = sum(1 if record.statistics else len(record[channel].time) for record in records)
     duration = records[-1].begin + records[-1].length - begin
     return DataIssue(kind, records[0].file, channel, begin, duration, samples, text)
 
