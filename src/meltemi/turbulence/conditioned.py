@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.intp]
+Known = NDArray[np.bool_]
 Variance = Literal["measured", "wind"]
 
 SENSOR_STREAM, ERROR_STREAM = 48, 64
@@ -88,24 +90,15 @@ class ConditionedFields:
 
 @dataclass(frozen=True)
 class Channel:
-    """A measured component on the planes of a field, less the wind's mean profile.
+    """A measured component on the planes of a field, less the wind's mean profile."""
 
-    Attributes:
-      component: 0, 1, 2 for u, v, w.
-      z, y: [m] height and lateral position.
-      values: (n,) [m/s], 0 where unknown.
-      known: (n,) where a sample falls on a plane.
-      noise: [m/s] standard deviation of the errors.
-      missing: [-] share of missing samples.
-    """
-
-    component: int
-    z: float
-    y: float
-    values: Float
-    known: NDArray[np.bool_]
-    noise: float = 0.0
-    missing: float = 0.0
+    component: int  # 0, 1, 2 for u, v, w
+    z: float  # [m] height
+    y: float  # [m] lateral position
+    values: Float  # (n,) [m/s], 0 where unknown
+    known: Known  # (n,) where a sample falls on a plane
+    noise: float = 0.0  # [m/s] standard deviation of the errors
+    missing: float = 0.0  # [-] share of missing samples
 
     @property
     def label(self) -> str:
@@ -115,38 +108,33 @@ class Channel:
 
 @dataclass(frozen=True)
 class RandomField:
-    """Random field of one component at places: the points of a grid, rows first, and then the sensors.
+    """Random field of one component at places: P points of a grid, rows first, and then M sensors."""
 
-    Attributes:
-      component: 0, 1, 2 for u, v, w.
-      grid: points of the field.
-      z, y: (P + M,) [m] heights and lateral positions of the places.
-      noise: (M,) [m/s] standard deviation of the sensors' errors.
-      variances: (H,) [m^2/s^2] of the amplitudes.
-      kappa: (H,) [1/m] decay of the coherence.
-    """
-
-    component: int
+    component: int  # 0, 1, 2 for u, v, w
     grid: WindGrid
-    z: Float
-    y: Float
-    noise: Float
-    variances: Float
-    kappa: Float
+    channels: Sequence[Channel]  # (M,) what the sensors measured of it
+    variances: Float  # (H,) [m^2/s^2] of the amplitudes
+    kappa: Float  # (H,) [1/m] decay of the coherence
+
+    @cached_property
+    def places(self) -> Complex:
+        """(P + M,) [m] lateral positions + i heights."""
+        points = self.grid.y + 1j * self.grid.z[:, None]
+        return np.append(points, [channel.y + 1j * channel.z for channel in self.channels])
 
     @property
     def points(self) -> Index:
         """Numbers of the points."""
-        return np.arange(len(self.z) - len(self.noise))
+        return np.arange(len(self.places) - len(self.channels))
 
     @property
     def sensors(self) -> Index:
         """Numbers of the sensors."""
-        return np.arange(len(self.z))[len(self.points) :]
+        return len(self.points) + np.arange(len(self.channels))
 
     def distances(self, a: Index, b: Index) -> Float:
         """(A, B) [m] between places."""
-        r = np.hypot(self.z[a, None] - self.z[b], self.y[a, None] - self.y[b])
+        r = np.abs(self.places[a, None] - self.places[b])
         return np.where(r < SAME_PLACE, 0.0, r)
 
     def covariances(self, a: Index, b: Index, some: slice = slice(None)) -> Float:
@@ -155,10 +143,15 @@ class RandomField:
         product: Float = variances * np.exp(-kappa * self.distances(a, b))
         return product
 
+    @cached_property
+    def noise(self) -> Float:
+        """(M,) [m/s] standard deviations of the amplitudes of the sensors' errors, at all frequencies."""
+        return np.array([channel.noise for channel in self.channels]) / math.sqrt(2 * len(self.kappa) - 2)
+
+    @cached_property
     def measured(self) -> Float:
         """(H, M, M) [m^2/s^2] covariances of what the sensors measure, with their errors."""
-        errors = self.noise**2 / (2 * len(self.kappa) - 2)
-        return self.covariances(self.sensors, self.sensors) + np.diag(errors)
+        return self.covariances(self.sensors, self.sensors) + np.diag(self.noise**2)
 
 
 @one_blas_thread
@@ -210,18 +203,17 @@ def conditioned_fields(
     at_points = velocity.reshape(len(winds), planes, -1, 3)
     factor, explained = np.ones(3), np.zeros(3)
     for c in range(3):
-        measured = [channel for channel in channels if channel.component == c]
-        field = random_field(wind, grid, n, c, measured)
+        field = random_field(wind, grid, n, c, channels)
         if variance == "measured":
-            factor[c] = _factor(field, measured)
+            factor[c] = _factor(field)
             field = replace(field, variances=factor[c] ** 2 * field.variances)
-        amplitudes = conditioned(field, measured, [wind.seed for wind in winds])
+        amplitudes = conditioned(field, [wind.seed for wind in winds])
         explained[c] = _explained(field)
         for first in range(0, len(mean), POINTS_AT_ONCE):
             some = slice(first, first + POINTS_AT_ONCE)
             series = fft.irfft(amplitudes[:, some] * shift, n, norm="forward")[..., :planes]
             at_points[:, :, some, c] = (series + mean[some, c, None]).swapaxes(1, 2)
-    inside = np.flatnonzero(np.any([channel.known for channel in channels], axis=0))
+    known = start + lag + wind.dt * np.flatnonzero(np.any([channel.known for channel in channels], axis=0))
     return ConditionedFields(
         fields=tuple(
             box_of(one, grid, v, f"{one.label}, through {len(channels)} measured series")
@@ -229,8 +221,8 @@ def conditioned_fields(
         ),
         channels=tuple(channel.label for channel in channels),
         delay=delay,
-        begin=max(start + lag + wind.dt * int(inside[0]), 0.0),
-        end=min(start + lag + wind.dt * int(inside[-1]), duration),
+        begin=max(float(known[0]), 0.0),
+        end=min(float(known[-1]), duration),
         missing=np.array([channel.missing for channel in channels]),
         offset=np.array([channel.values.sum() / max(channel.known.sum(), 1) for channel in channels]),
         factor=factor,
@@ -265,7 +257,7 @@ def on_planes(
     time = start + wind.dt * np.arange(n)
     channels = []
     for sensor in sensors:
-        mean = mean_profile(wind, np.array([sensor.height]), grid.hub_height)[0]
+        (mean,) = mean_profile(wind, np.array([sensor.height]), grid.hub_height)
         for c, x in components(sensor, wind, mean).items():
             valid = ~np.isnan(x)
             at = sensor.time[valid]
@@ -287,47 +279,49 @@ def on_planes(
     return channels
 
 
-def random_field(wind: TurbulentWind, grid: WindGrid, n: int, component: int, measured: list[Channel]) -> RandomField:
+def random_field(
+    wind: TurbulentWind, grid: WindGrid, n: int, component: int, channels: Sequence[Channel]
+) -> RandomField:
     """A component of a wind on ``n`` planes of a grid and at the sensors that measure it."""
     f, variances = amplitude_variances(wind, grid.hub_height, n)
     kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, length_scale(wind, grid.hub_height))
     if wind.coherent == "u" and component > 0:
         kappa = np.full_like(kappa, INDEPENDENT)
-    return RandomField(
-        component=component,
-        grid=grid,
-        z=np.append(np.repeat(grid.z, grid.points_y), [channel.z for channel in measured]),
-        y=np.append(np.tile(grid.y, grid.points_z), [channel.y for channel in measured]),
-        noise=np.array([channel.noise for channel in measured]),
-        variances=np.pad(variances[component], 1, "edge"),
-        kappa=np.pad(kappa, 1, "edge"),
-    )
+    mine = [channel for channel in channels if channel.component == component]
+    return RandomField(component, grid, mine, np.pad(variances[component], 1, "edge"), np.pad(kappa, 1, "edge"))
 
 
-def _factor(field: RandomField, measured: list[Channel]) -> float:
+def _factor(field: RandomField) -> float:
     """[-] of the model's standard deviation (W-52)."""
-    varying = [x for x in measured if x.known.sum() > 1]
+    varying = [x for x in field.channels if x.known.sum() > 1]
     if not varying:
         return 1.0
     variance = np.mean([np.var(x.values[x.known]) - x.noise**2 for x in varying])
     if variance <= 0.0:
-        raise InputError(f"sensors: {measured[0].label} varies no more than its noise: leave it out, or correct noise")
+        raise InputError(f"sensors: {varying[0].label} varies no more than its noise: leave it out, or correct noise")
     # fluctuations that are slower than the series belong to its mean
     within = [1.0 - np.abs(fft.rfft(x.known / x.known.sum())) ** 2 for x in varying]
     return math.sqrt(variance / (2.0 * np.sum(np.mean(within, axis=0)[1:-1] * field.variances[1:-1])))
+
+
+def _explained(field: RandomField) -> float:
+    """[-] share of the variance at the hub that the series determine, while they are known."""
+    hub = field.grid.hub[0] * field.grid.points_y + field.grid.hub[1]
+    with_hub = field.covariances(field.sensors, np.array([hub]))
+    share = np.sum(with_hub * np.linalg.solve(field.measured, with_hub), axis=(1, 2))
+    return float(np.sum(share[1:-1]) / np.sum(field.variances[1:-1]))
 
 
 def draw(field: RandomField, seeds: Sequence[int]) -> Complex:
     """Draw the amplitudes (S, P + M, H) [m/s] at all places with each seed."""
     c, grid, bins, count = field.component, field.grid, len(field.kappa), len(field.points)
     coherent = int(np.sum(field.kappa[1:-1] * min(grid.dy, grid.dz) < REACH))
-    amplitudes = np.zeros((len(seeds), len(field.z), bins), np.complex128)
+    amplitudes = np.zeros((len(seeds), len(field.places), bins), np.complex128)
     addresses = [(seed, FIELD_STREAM + c) for seed in seeds]
     for some, parts in coherent_fields(field.kappa[1 : coherent + 1], grid, addresses):
         part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
         amplitudes[:, :count, some.start + 1 : some.stop + 1] = part
-    alone = np.ones(bins - 2)
-    alone[:coherent] = 0.0
+    alone = (np.arange(bins - 2) >= coherent).astype(np.float64)
     for seed, drawn in zip(seeds, amplitudes, strict=True):
         add_noise(drawn[:count], alone, seed, 0, POINT_STREAM + c)
         add_noise(drawn[count:], np.ones(bins - 2), seed, 0, SENSOR_STREAM + c)
@@ -355,23 +349,21 @@ def _draw_given(field: RandomField, i: int, given: Index, amplitudes: Complex) -
         amplitudes[:, i, some] += np.einsum("bk,skb->sb", weight[..., 0], amplitudes[:, given, some])
 
 
-def conditioned(field: RandomField, measured: list[Channel], seeds: Sequence[int]) -> Complex:
-    """Draw the amplitudes (S, P, H) [m/s] at the points with each seed on the condition of series (W-50)."""
+def conditioned(field: RandomField, seeds: Sequence[int]) -> Complex:
+    """Draw the amplitudes (S, P, H) [m/s] at the points with each seed on the condition of the series (W-50)."""
     count, drawn = len(field.points), draw(field, seeds)
     at_points, at_sensors = drawn[:, :count], drawn[:, count:]
-    if not measured:
+    if not field.channels:
         return at_points
-    values = np.array([channel.values for channel in measured])
-    known = np.array([channel.known for channel in measured])
-    n = values.shape[1]
+    values, known = (np.array([getattr(channel, name) for channel in field.channels]) for name in ("values", "known"))
+    unit = np.ones(len(field.kappa) - 2)
     errors = np.zeros_like(at_sensors)
     for seed, error in zip(seeds, errors, strict=True):
-        add_noise(error, np.ones(len(field.kappa) - 2), seed, 0, ERROR_STREAM + field.component)
-    at_sensors += field.noise[:, None] / math.sqrt(n) * errors
-    among = field.measured()
-    differences = values - fft.irfft(at_sensors, n, norm="forward")
-    amplitudes = fft.rfft([continued(x, known, among) for x in differences], norm="forward")
-    pull = np.linalg.solve(among, amplitudes.T)
+        add_noise(error, unit, seed, 0, ERROR_STREAM + field.component)
+    at_sensors += field.noise[:, None] * errors
+    differences = values - fft.irfft(at_sensors, values.shape[1], norm="forward")
+    amplitudes = fft.rfft([continued(x, known, field.measured) for x in differences], norm="forward")
+    pull = np.linalg.solve(field.measured, amplitudes.T)
     for some in np.split(field.points, range(POINTS_AT_ONCE, count, POINTS_AT_ONCE)):
         at_points[:, some] += (field.covariances(some, field.sensors) @ pull).T
     return at_points
@@ -410,11 +402,3 @@ def continued(series: Float, known: NDArray[np.bool_], among: Float) -> Float:
             "samples fall on planes of the field; leave one sensor out, give noise, or a longer dt of the wind"
         )
     return result
-
-
-def _explained(field: RandomField) -> float:
-    """[-] share of the variance at the hub that the series determine, while they are known."""
-    hub = field.grid.hub[0] * field.grid.points_y + field.grid.hub[1]
-    with_hub = field.covariances(field.sensors, np.array([hub]))
-    share = np.sum(with_hub * np.linalg.solve(field.measured(), with_hub), axis=(1, 2))
-    return float(np.sum(share[1:-1]) / np.sum(field.variances[1:-1]))
