@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from meltemi import TurbulentWind
 from meltemi.cases.case import LoadCase
-from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import simulate
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import wind_grid_for
 from meltemi.validation.channel_map import ChannelMap
-from meltemi.validation.fit import result_of
 from meltemi.validation.measurements import MeasuredRecord, Signal
 from meltemi.validation.simulations import Simulator
 
@@ -67,8 +66,7 @@ def measured(
     box = generate_field(wind, grid, transient + length + delay)
     real = simulator.at([*truth], truth.values())
     channels = (*MACHINE, "azimuth")
-    run = Run(real.model(None), box, duration=transient + length, channels=channels, output_step=STEP)
-    result = result_of(run)
+    result = simulate(real.model(None), box, duration=transient + length, channels=channels, output_step=STEP)
     passing = box.passing - delay - transient  # the mast
     inside = (passing >= 0.0) & (passing < length)
     draw = np.random.default_rng(seed)

@@ -19,7 +19,7 @@ from meltemi.gradients.sensitivity import Direction, direction, tables
 from meltemi.simulation.model import Model
 from meltemi.validation import fit
 from meltemi.validation.comparison import ComparedRecord, Comparison
-from meltemi.validation.fit import Linear, checked, data_of, fitted, posterior, prior, whitened
+from meltemi.validation.fit import Linear, Posterior, checked, data_of, fitted, posterior, prior, whitened
 from meltemi.validation.reduction import STATISTICS, ReducedRecord
 from meltemi.validation.report import HEADLINE
 from meltemi.validation.settings import Validation
@@ -54,16 +54,22 @@ def problem(seed: int = 0, n: int = 12) -> tuple[Float, Float, Float]:
 
 def test_posterior_is_that_of_linear_regression() -> None:
     y, slopes, width = problem()
-    estimate, covariance, evidence = posterior(y, slopes, width, np.zeros(3))
+    estimate, covariance = posterior(y, slopes, width, np.zeros(3))
     expected = np.linalg.inv(slopes.T @ slopes + np.diag(width**-2.0))
     assert covariance == pytest.approx(expected, rel=1e-9)
     assert estimate == pytest.approx(-expected @ slopes.T @ y, rel=1e-9)
-    of_data = np.eye(12) + (slopes * width**2) @ slopes.T
-    assert evidence == pytest.approx(multivariate_normal(np.zeros(12), of_data).logpdf(y), rel=1e-12)
+
+    def evidence(some: list[int]) -> float:
+        of_data = np.eye(12) + (slopes[:, some] * width[some] ** 2) @ slopes[:, some].T
+        return float(multivariate_normal(np.zeros(12), of_data).logpdf(y))
+
+    gains = [evidence([0, 1, 2]) - evidence([k for k in range(3) if k != p]) for p in range(3)]
+    found = Posterior(("a", "b", "c"), width, estimate, covariance, 1.0, 1)
+    assert found.evidence == pytest.approx(gains, rel=1e-9)
 
 
 def test_correlated_data_of_which_some_are_missing() -> None:
-    """Two records of four statistics: generalised least squares, and the evidence by the density of all data."""
+    """Two records of four statistics: generalised least squares."""
     draw = np.random.default_rng(8)
     size = np.array([1.0, 1e3, 1e-3, 1e6])
     root = draw.standard_normal((4, 4)) * size[:, None]
@@ -73,14 +79,10 @@ def test_correlated_data_of_which_some_are_missing() -> None:
     some = np.isfinite(y.ravel())
     W = np.kron(np.eye(2), covariance)[np.ix_(some, some)]
     d, J = y.ravel()[some], slopes.reshape(8, 2)[some]
-    estimate, spread, evidence = posterior(*whitened(y, slopes, covariance), width, np.zeros(2))
+    estimate, spread = posterior(*whitened(y, slopes, covariance), width, np.zeros(2))
     expected = np.linalg.inv(J.T @ np.linalg.solve(W, J) + np.diag(width**-2.0))
     assert spread == pytest.approx(expected, rel=1e-6)
     assert estimate == pytest.approx(-expected @ J.T @ np.linalg.solve(W, d), rel=1e-6)
-    unit = 1.0 / np.sqrt(np.diag(W))
-    density = multivariate_normal(np.zeros(7), unit[:, None] * (W + (J * width**2) @ J.T) * unit).logpdf(unit * d)
-    whole = density - 0.5 * np.linalg.slogdet(np.linalg.inv(unit[:, None] * W * unit))[1]
-    assert evidence == pytest.approx(whole, rel=1e-6)
 
 
 def test_posterior_does_not_depend_on_the_point_of_a_linear_model() -> None:
@@ -95,7 +97,7 @@ def test_a_simulation_that_is_too_high_is_lowered() -> None:
     _, slopes, width = problem(n=200)
     theta = np.array([0.4, -2e-4, 5e4])
     precise = 1e4 * slopes
-    estimate, covariance, _ = posterior(precise @ theta, precise, width, np.zeros(3))
+    estimate, covariance = posterior(precise @ theta, precise, width, np.zeros(3))
     assert estimate == pytest.approx(-theta, rel=1e-3)
     assert np.all(np.abs(estimate + theta) < 5.0 * np.sqrt(np.diag(covariance)))
 
