@@ -6,10 +6,10 @@ measured and what was drawn (Matheron's rule): no matrix is larger than the numb
 only while the sensors measured; elsewhere it is the most probable continuation, by conjugate gradients.
 
 With Kaimal's and von Karman's spectra u, v and w are independent: each is conditioned alone. Arrays over frequencies
-have H = n / 2 + 1 entries from 0 to the Nyquist frequency; at these two the covariances are those of their neighbours,
-and a random field has none of them.
+have H = n / 2 + 1 entries from 0 to the Nyquist frequency, which has the covariances of its neighbour and is not drawn.
+At 0 is what fluctuates too slowly for the ring: without it the mean at a sensor would be that of the whole rotor.
 
-Reference: docs/theory/wind.md (W-50 to W-53).
+Reference: docs/theory/wind.md (W-50 to W-54).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from meltemi.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.turbulence.sensors import Sensor, components
 from meltemi.turbulence.spectra import coherence_decay
 from meltemi.turbulence.synthesis import FIELD_STREAM, POINT_STREAM, POINTS_AT_ONCE, add_noise
-from meltemi.turbulence.targets import amplitude_variances, length_scale
+from meltemi.turbulence.targets import amplitude_variances, length_scale, target_densities
 from meltemi.wind.fields import WindBox
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -46,8 +46,11 @@ Index = NDArray[np.intp]
 Known = NDArray[np.bool_]
 Variance = Literal["measured", "wind"]
 
-SENSOR_STREAM, ERROR_STREAM = 48, 64
-"""Streams of the air at the sensors and of their errors, plus the component; the other address is the sensor."""
+SENSOR_STREAM, ERROR_STREAM, SLOW_STREAM, SLOW_SENSOR_STREAM = 48, 64, 80, 96
+"""Streams of the air at the sensors, of their errors, and of what is slower than the ring, in the field and at the
+sensors, plus the component; the other address is the sensor, or 0."""
+SLOW_NODES = 8
+"""Of the quadrature over what is slower than the ring."""
 PADDING = 8.1
 """Scale parameters that the air travels between the end of a field and its periodic repetition."""
 SAME_TIME, SAME_PLACE = 1e-6, 1e-6
@@ -284,11 +287,15 @@ def random_field(
 ) -> RandomField:
     """A component of a wind on ``n`` planes of a grid and at the sensors that measure it."""
     f, variances = amplitude_variances(wind, grid.hub_height, n)
+    f = np.append(0.0, f)
     kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, length_scale(wind, grid.hub_height))
     if wind.coherent == "u" and component > 0:
         kappa = np.full_like(kappa, INDEPENDENT)
+    x, weight = np.polynomial.legendre.leggauss(SLOW_NODES)
+    slow = 0.25 * f[1] * weight @ target_densities(wind, grid.hub_height, 0.25 * f[1] * (x + 1.0))[component]  # W-54
     mine = [channel for channel in channels if channel.component == component]
-    return RandomField(component, grid, mine, np.pad(variances[component], 1, "edge"), np.pad(kappa, 1, "edge"))
+    all_variances = np.pad(np.append(slow, variances[component]), (0, 1), "edge")
+    return RandomField(component, grid, mine, all_variances, np.pad(kappa, (0, 1), "edge"))
 
 
 def _factor(field: RandomField) -> float:
@@ -315,16 +322,20 @@ def _explained(field: RandomField) -> float:
 def draw(field: RandomField, seeds: Sequence[int]) -> Complex:
     """Draw the amplitudes (S, P + M, H) [m/s] at all places with each seed."""
     c, grid, bins, count = field.component, field.grid, len(field.kappa), len(field.points)
-    coherent = int(np.sum(field.kappa[1:-1] * min(grid.dy, grid.dz) < REACH))
+    coherent = field.kappa[:-1] * min(grid.dy, grid.dz) < REACH
     amplitudes = np.zeros((len(seeds), len(field.places), bins), np.complex128)
-    addresses = [(seed, FIELD_STREAM + c) for seed in seeds]
-    for some, parts in coherent_fields(field.kappa[1 : coherent + 1], grid, addresses):
-        part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
-        amplitudes[:, :count, some.start + 1 : some.stop + 1] = part
-    alone = (np.arange(bins - 2) >= coherent).astype(np.float64)
+    for begin, end, stream in ((0, 1, SLOW_STREAM), (1, bins - 1, FIELD_STREAM)):
+        kappa = field.kappa[begin:end][coherent[begin:end]]
+        for some, parts in coherent_fields(kappa, grid, [(seed, stream + c) for seed in seeds]):
+            part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
+            amplitudes[:, :count, begin + some.start : begin + some.stop] = part
     for seed, drawn in zip(seeds, amplitudes, strict=True):
-        add_noise(drawn[:count], alone, seed, 0, POINT_STREAM + c)
+        add_noise(drawn[:count], np.where(coherent[1:], 0.0, 1.0), seed, 0, POINT_STREAM + c)
         add_noise(drawn[count:], np.ones(bins - 2), seed, 0, SENSOR_STREAM + c)
+        slow = np.zeros((len(field.channels), 3), np.complex128)
+        add_noise(slow, coherent[:1].astype(np.float64), seed, 0, SLOW_SENSOR_STREAM + c)
+        drawn[count:, 0] = slow[:, 1]
+    amplitudes[..., 0] = math.sqrt(2.0) * amplitudes[..., 0].real
     amplitudes[:, :count] *= np.sqrt(field.variances)
     distinct: list[int] = []  # sensors that are neither at a point nor at a sensor before
     for i in field.sensors.tolist():
