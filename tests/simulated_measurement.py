@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,8 @@ POINTS, DT = 9, 0.25
 """Of all wind fields: points across, and [s] between planes, at which the sonic samples."""
 STEP = 0.1
 """[s] of the samples at the turbine."""
+BEFORE = 1800.0
+"""[s] of wind before that of a record, so that it fluctuates on longer times than the record, as that of a site does."""
 CASE: dict[str, Any] = {"turbine": "nrel5mw", "wind": {"kind": "steady", "speed": 10.0}, "duration": 10.0}
 FIELD = {"points": POINTS, "dt": DT, "coherent": "all"}
 MACHINE = {
@@ -63,7 +66,8 @@ def measured(
     wind = TurbulentWind(speed=speed, intensity=0.12, seed=seed, scaled=False, **FIELD)
     grid = wind_grid_for(simulator.turbine, POINTS)
     transient, delay = simulator.settings.transient, UPWIND / speed
-    box = generate_field(wind, grid, transient + length + delay)
+    whole = generate_field(wind, grid, BEFORE + transient + length + delay)
+    box = replace(whole, velocity=whole.velocity[round(BEFORE / DT) :])
     real = simulator.at([*truth], truth.values())
     channels = (*MACHINE, "azimuth")
     result = simulate(real.model(None), box, duration=transient + length, channels=channels, output_step=STEP)

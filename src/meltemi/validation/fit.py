@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 from scipy.linalg import solve_triangular
 
 from meltemi.cases.case import case_controller
@@ -22,7 +23,7 @@ from meltemi.gradients.sensitivity import sensitivity
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.simulate import simulate
-from meltemi.validation.comparison import Comparison
+from meltemi.validation.comparison import CONFIDENCE, Comparison
 from meltemi.validation.measurements import MeasuredRecord
 from meltemi.validation.reduction import STATISTICS
 from meltemi.validation.report import HEADLINE, agreement_table, headline
@@ -167,12 +168,21 @@ class Posterior:
     covariance: Float  # (P, P)
     misfit: float  # of the fitted records: mean square of the whitened deviations
     steps: int  # of Gauss and Newton
+    freedom: int  # degrees of freedom of the covariance of the data
 
     @property
     def evidence(self) -> Float:
         """(P,) change of the logarithm of the evidence by fitting each parameter beside the others (V-25)."""
         variance = np.diag(self.covariance)
         return np.asarray(0.5 * (self.estimate**2 / variance - np.log(self.prior**2 / variance)))
+
+    @property
+    def half(self) -> Float:
+        """(P,) half-widths of the intervals of 95 % (V-26)."""
+        C, variance = self.covariance, np.diag(self.covariance)
+        by_data = 1.0 - np.sum(C**2 / self.prior**2, axis=1) / variance
+        quantile = stats.t.ppf(0.5 + 0.5 * CONFIDENCE, self.freedom / by_data**2)
+        return np.asarray(quantile * np.sqrt(variance))
 
 
 def posterior(deviation: Float, slopes: Float, prior: Float, at: Float) -> tuple[Float, Float]:
@@ -189,8 +199,8 @@ def posterior(deviation: Float, slopes: Float, prior: Float, at: Float) -> tuple
     return -covariance @ slopes.T @ (deviation - slopes @ at), covariance
 
 
-def data_of(comparison: Comparison, channels: Sequence[str]) -> tuple[Float, Float]:
-    """Deviations (R, D) of the means of the seeds, and their covariance (D, D).
+def data_of(comparison: Comparison, channels: Sequence[str]) -> tuple[Float, Float, int]:
+    """Deviations (R, D) of the means of the seeds, their covariance (D, D), and its degrees of freedom.
 
     D are the statistics of the first page of all channels. The covariance is that of the seeds, and what the deviations
     scatter more over records (V-22).
@@ -207,7 +217,7 @@ def data_of(comparison: Comparison, channels: Sequence[str]) -> tuple[Float, Flo
     deviation = mean - x
     excess = (deviation.var(axis=0, ddof=1).filled(0.0) - np.diag(seeds)).clip(0.0)
     covariance = (1.0 - shrinkage) * seeds + np.diag(shrinkage * np.diag(seeds) + excess)
-    return deviation.filled(np.nan), covariance
+    return deviation.filled(np.nan), covariance, int(freedom.max())
 
 
 def whitened(deviation: Float, slopes: Float, covariance: Float) -> tuple[Float, Float]:
@@ -236,7 +246,7 @@ def fitted(
     """
     at = np.zeros(len(parameters))
     width = np.array([prior(name, simulator.settings, comparison) for name in parameters])
-    deviation, covariance_of_data = data_of(comparison, comparison.channels)
+    deviation, covariance_of_data, freedom = data_of(comparison, comparison.channels)
     first: Float | None = None
     steps = 0
     while True:
@@ -250,7 +260,7 @@ def fitted(
         before, (at, covariance) = at, posterior(y, J, width, at)
         if steps == MOST_STEPS or np.all(np.abs(at - before) <= CONVERGED * np.sqrt(np.diag(covariance))):
             misfit = float(np.mean((y + J @ (at - before)) ** 2))
-            return Posterior(tuple(parameters), width, at, covariance, misfit, steps)
+            return Posterior(tuple(parameters), width, at, covariance, misfit, steps, freedom)
 
 
 def sections(
@@ -320,7 +330,7 @@ def fit_tables(
     workers: int | None,
 ) -> Iterator[str | Table]:
     """The posterior, and the judged half before and after."""
-    columns = found.prior, found.estimate, 1.96 * np.sqrt(np.diag(found.covariance))
+    columns = found.prior, found.estimate, found.half
     rows = [
         [name, *(_shown(name, x) for x in values), number(evidence)]
         for name, *values, evidence in zip(found.parameters, *columns, found.evidence, strict=True)
