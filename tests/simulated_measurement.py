@@ -27,7 +27,7 @@ POINTS, DT = 9, 0.25
 STEP = 0.1
 """[s] of the samples at the turbine."""
 BEFORE = 1800.0
-"""[s] of wind before that of a record, so that it fluctuates on longer times than the record, as that of a site does."""
+"""[s] of wind before that of a record: it fluctuates on longer times than the record, as that of a site does."""
 CASE: dict[str, Any] = {"turbine": "nrel5mw", "wind": {"kind": "steady", "speed": 10.0}, "duration": 10.0}
 FIELD = {"points": POINTS, "dt": DT, "coherent": "all"}
 MACHINE = {
