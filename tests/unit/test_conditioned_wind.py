@@ -29,7 +29,7 @@ from meltemi.turbulence.conditioned import (
 from meltemi.turbulence.exponential import even_fast
 from meltemi.turbulence.field import mean_profile
 from meltemi.turbulence.sensors import Sensor, components, measured_wind
-from meltemi.turbulence.targets import amplitude_variances
+from meltemi.turbulence.targets import amplitude_variances, length_scale, sigmas
 from meltemi.wind import WindGrid, generate_field, wind_grid_for
 from meltemi.wind.fields import check_coverage
 
@@ -279,6 +279,32 @@ def test_a_sensor_far_away_leaves_the_models_spectra_and_coherence(component: in
     for some in BANDS[:3]:
         assert power[some].mean() == pytest.approx(1.0, abs=0.15)
         assert cross[some].mean() == pytest.approx(np.exp(-12.0 * field.kappa[1:-1][some]).mean(), abs=0.15)
+
+
+@pytest.mark.parametrize("spectrum", ["kaimal", "vonkarman"])
+def test_what_is_slower_than_the_ring_completes_the_variance(spectrum: Any) -> None:
+    """The integral of Kaimal's spectrum from zero to the half of a step is closed; that of all is the variance."""
+    wind, n = WIND.replace(spectrum=spectrum, dt=0.02), 2**15
+    field = random_field(wind, GRID, n, 0, [])
+    sigma = sigmas(wind)[0]
+    x = length_scale(wind, 90.0) * 8.1 / wind.speed / (n * wind.dt)
+    if spectrum == "kaimal":
+        assert field.variances[0] == pytest.approx(sigma**2 * (1.0 - (1.0 + 6.0 * 0.5 * x) ** (-2.0 / 3.0)), rel=1e-9)
+    assert field.variances[0] + 2.0 * np.sum(field.variances[1:-1]) == pytest.approx(sigma**2, rel=0.02)
+    assert 0.02 < field.variances[0] / sigma**2 < 0.1
+
+
+def test_what_is_slower_than_the_ring_differs_between_places() -> None:
+    """By the variance that the coherence leaves: the mean at the sensor is not that of the rotor."""
+    field, seeds = series([OFF_GRID], n=512), range(1, 401)
+    drawn = draw(field, seeds)[..., 0]
+    assert np.all(drawn.imag == 0.0)
+    assert np.var(drawn[:, 0]) == pytest.approx(field.variances[0], rel=4.0 * np.sqrt(2.0 / 400))
+    errors = conditioned(field, seeds)[..., 0].real - probable(field)[:, 0].real
+    r = field.distances(field.points, field.sensors)[:, 0]
+    left = field.variances[0] * (1.0 - np.exp(-2.0 * field.kappa[0] * r))
+    for p in np.argsort(r)[:20]:
+        assert np.mean(errors[:, p] ** 2) == pytest.approx(left[p], rel=4.0 * np.sqrt(2.0 / 400))
 
 
 # series in time

@@ -1,6 +1,6 @@
 """Why simulations deviate: derivatives by uncertain parameters, and a fit of these on half of the records.
 
-Reference: docs/theory/validation.md (V-21 to V-25).
+Reference: docs/theory/validation.md (V-21 to V-26).
 """
 
 from __future__ import annotations
