@@ -152,7 +152,7 @@ def series(places: list[tuple[float, float]], n: int = 4096, noise: float = 0.0,
 def probable(field: RandomField) -> Complex:
     """(P, H) mean C_gs (C_ss + N)^-1 of the conditional amplitudes."""
     amplitudes = np.fft.rfft([channel.values for channel in field.channels], norm="forward").T[..., None]
-    weights = field.covariances(field.points, field.sensors) @ np.linalg.inv(field.measured)
+    weights = field.covariances(field.places.points, field.places.sensors) @ np.linalg.inv(field.measured)
     result: Complex = (weights @ amplitudes)[..., 0].T
     return result
 
@@ -173,9 +173,9 @@ def test_the_variance_at_a_distance_is_what_the_coherence_leaves() -> None:
     field = series([OFF_GRID])
     seeds = range(1, 9)
     computed = residual(field, seeds)
-    r = field.distances(field.points, field.sensors)
-    np.testing.assert_allclose(r[:, 0], np.abs(field.places[:-1] - (5.0 + 87.0j)))
-    expected = 1.0 - np.exp(-2.0 * r * field.kappa)
+    r = field.places.distances(field.places.points, field.places.sensors)
+    np.testing.assert_allclose(r[:, 0], np.abs(field.places.all[:-1] - (5.0 + 87.0j)))
+    expected = 1.0 - np.exp(-2.0 * r * field.places.kappa)
     near = np.argsort(r[:, 0])[:6]
     for some in BANDS:
         count = len(seeds) * len(range(*some.indices(5000)))
@@ -198,11 +198,10 @@ def test_a_field_has_its_covariance_with_places_between_its_points() -> None:
     field = series([(87.0, 15.0), (85.0, 40.0), (85.0, 40.0)], n=1024)
     some, seeds = slice(1, 20), range(1, 81)
     hub = 4 * GRID.points_y + 3
-    places = np.array([hub, *field.sensors])
+    places = np.array([hub, *field.places.sensors])
     unit = np.concatenate(draw(field, seeds)[:, places, some] / np.sqrt(field.variances[some]), axis=1)
     computed = (unit @ unit.conj().T).real / unit.shape[1]
-    covariances = field.covariances(places, places, some) / field.variances[some, None, None]
-    expected = covariances.mean(axis=0)
+    expected = field.places.coherence(places, places, some).mean(axis=0)
     assert expected[0, 1] > 0.25 and expected[1, 2] > 0.25
     np.testing.assert_allclose(computed, expected, atol=4.5 / np.sqrt(unit.shape[1]))
 
@@ -212,9 +211,11 @@ def test_few_points_determine_the_air_at_a_sensor(place: tuple[float, float], la
     """Error of its covariance with the other points, over its variance: inside, at a corner, 24 m beside the grid."""
     grid = WindGrid(points_y=9, points_z=14, dy=4.0, dz=4.0, bottom=1.0, hub_height=32.0)
     field = random_field(WIND, grid, 1024, 0, [Channel(0, *place, np.zeros(1024), np.ones(1024, bool))])
-    given = np.argsort(field.distances(field.sensors, field.points)[0])[:NEAREST]
-    weight = np.linalg.solve(field.covariances(given, given), field.covariances(given, field.sensors))
-    error = field.covariances(field.points, given) @ weight - field.covariances(field.points, field.sensors)
+    given = np.argsort(field.places.distances(field.places.sensors, field.places.points)[0])[:NEAREST]
+    weight = np.linalg.solve(field.covariances(given, given), field.covariances(given, field.places.sensors))
+    error = field.covariances(field.places.points, given) @ weight - field.covariances(
+        field.places.points, field.places.sensors
+    )
     share = np.abs(error) / field.variances[:, None, None]
     assert 0.01 * largest < share.max() < largest
     assert share[:, given].max() < 1e-10
@@ -226,8 +227,8 @@ def test_a_sensor_beside_one_at_a_point_is_drawn_once() -> None:
     field = series([(z - 3.0, y), (z, y), (z - 2.0, y + 1.0), (z - 2.0, y + 1.0), (z - 1.0, y)], n=512)
     drawn = draw(field, [3])[0]
     assert np.isfinite(drawn).all()
-    np.testing.assert_array_equal(drawn[field.sensors[1]], drawn[4 * GRID.points_y + 3])
-    np.testing.assert_array_equal(drawn[field.sensors[3]], drawn[field.sensors[2]])
+    np.testing.assert_array_equal(drawn[field.places.sensors[1]], drawn[4 * GRID.points_y + 3])
+    np.testing.assert_array_equal(drawn[field.places.sensors[3]], drawn[field.places.sensors[2]])
 
 
 def test_more_sensors_leave_less() -> None:
@@ -238,7 +239,7 @@ def test_more_sensors_leave_less() -> None:
         angle = 2.0 * np.pi * np.arange(count) / count
         z, y = GRID.z[3] + radius * np.cos(angle), GRID.y[3] + radius * np.sin(angle)
         field = series(list(zip(z.tolist(), y.tolist(), strict=True)), n=1024)
-        kappa = field.kappa[some, None, None]
+        kappa = field.places.kappa[some, None, None]
         with_point = np.exp(-kappa * np.full((count, 1), radius))
         among = np.exp(-kappa * np.hypot(z[:, None] - z, y[:, None] - y))
         expected = 1.0 - np.mean(np.sum(with_point * np.linalg.solve(among, with_point), axis=(1, 2)))
@@ -278,7 +279,7 @@ def test_a_sensor_far_away_leaves_the_models_spectra_and_coherence(component: in
         cross = cross + np.mean((unit[:-7] * unit[7:].conj()).real, axis=0) / 4.0  # a row below and one above
     for some in BANDS[:3]:
         assert power[some].mean() == pytest.approx(1.0, abs=0.15)
-        assert cross[some].mean() == pytest.approx(np.exp(-12.0 * field.kappa[1:-1][some]).mean(), abs=0.15)
+        assert cross[some].mean() == pytest.approx(np.exp(-12.0 * field.places.kappa[1:-1][some]).mean(), abs=0.15)
 
 
 @pytest.mark.parametrize("spectrum", ["kaimal", "vonkarman"])
@@ -301,8 +302,8 @@ def test_what_is_slower_than_the_ring_differs_between_places() -> None:
     assert np.all(drawn.imag == 0.0)
     assert np.var(drawn[:, 0]) == pytest.approx(field.variances[0], rel=4.0 * np.sqrt(2.0 / 400))
     errors = conditioned(field, seeds)[..., 0].real - probable(field)[:, 0].real
-    r = field.distances(field.points, field.sensors)[:, 0]
-    left = field.variances[0] * (1.0 - np.exp(-2.0 * field.kappa[0] * r))
+    r = field.places.distances(field.places.points, field.places.sensors)[:, 0]
+    left = field.variances[0] * (1.0 - np.exp(-2.0 * field.places.kappa[0] * r))
     for p in np.argsort(r)[:20]:
         assert np.mean(errors[:, p] ** 2) == pytest.approx(left[p], rel=4.0 * np.sqrt(2.0 / 400))
 
@@ -318,7 +319,7 @@ def test_a_true_field_is_recovered_within_the_conditional_variance() -> None:
     field = random_field(WIND, GRID, 1024, 0, measured)
     ratios = []
     for row, column in ((4, 4), (3, 3), (0, 0), (5, 6)):
-        c = field.covariances(field.sensors, np.array([row * GRID.points_y + column]))
+        c = field.covariances(field.places.sensors, np.array([row * GRID.points_y + column]))
         left = field.variances - np.sum(c * np.linalg.solve(field.measured, c), axis=(1, 2))
         expected = 4.0 * np.sum(left[1:-1])
         inside = slice(20, PLANES - 20)

@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -110,51 +110,78 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class RandomField:
-    """Random field of one component at places: P points of a grid, rows first, and then M sensors."""
+class Places:
+    """P points of a grid, rows first, and then M sensors, between which the coherence is exp(-kappa r)."""
 
-    component: int  # 0, 1, 2 for u, v, w
     grid: WindGrid
-    channels: Sequence[Channel]  # (M,) what the sensors measured of it
-    variances: Float  # (H,) [m^2/s^2] of the amplitudes
-    kappa: Float  # (H,) [1/m] decay of the coherence
+    of_sensors: tuple[complex, ...]  # (M,) [m] lateral positions + i heights
+    kappa: Float  # (H,) [1/m]
 
     @cached_property
-    def places(self) -> Complex:
+    def all(self) -> Complex:
         """(P + M,) [m] lateral positions + i heights."""
-        points = self.grid.y + 1j * self.grid.z[:, None]
-        return np.append(points, [channel.y + 1j * channel.z for channel in self.channels])
+        return np.append(self.grid.y + 1j * self.grid.z[:, None], self.of_sensors)
 
     @property
     def points(self) -> Index:
         """Numbers of the points."""
-        return np.arange(len(self.places) - len(self.channels))
+        return np.arange(len(self.all) - len(self.of_sensors))
 
     @property
     def sensors(self) -> Index:
         """Numbers of the sensors."""
-        return len(self.points) + np.arange(len(self.channels))
+        return len(self.points) + np.arange(len(self.of_sensors))
 
     def distances(self, a: Index, b: Index) -> Float:
         """(A, B) [m] between places."""
-        r = np.abs(self.places[a, None] - self.places[b])
+        r = np.abs(self.all[a, None] - self.all[b])
         return np.where(r < SAME_PLACE, 0.0, r)
 
-    def covariances(self, a: Index, b: Index, some: slice = slice(None)) -> Float:
-        """(b, A, B) [m^2/s^2] between places at some frequencies."""
-        kappa, variances = (x[some, None, None] for x in (self.kappa, self.variances))
-        product: Float = variances * np.exp(-kappa * self.distances(a, b))
-        return product
+    def coherence(self, a: Index, b: Index, some: slice | Index = slice(None)) -> Float:
+        """(h, A, B) between places at some frequencies."""
+        return np.asarray(np.exp(-self.kappa[some, None, None] * self.distances(a, b)))
+
+    @cached_property
+    def predictors(self) -> list[tuple[Index, Float, Float]]:
+        """For each sensor places before it, their weights (H, K), and the share of variance (H,) they leave (W-51)."""
+        parts = np.array_split(np.arange(len(self.kappa)), math.ceil(len(self.kappa) / FREQUENCIES_AT_ONCE))
+        result, distinct = [], np.array([], np.intp)  # sensors that are neither at a point nor at a sensor before
+        for i in self.sensors[:, None]:
+            r = self.distances(i, np.arange(i[0]))[0]
+            if r.min() == 0.0:
+                given, weight = np.array([r.argmin()]), np.ones((len(self.kappa), 1))
+            else:
+                given = np.append(np.argsort(r[: len(self.points)], kind="stable")[:NEAREST], distinct)
+                among, to_sensor = (partial(self.coherence, given, b) for b in (given, i))
+                weight = np.concatenate([np.linalg.solve(among(some), to_sensor(some)) for some in parts])[..., 0]
+                distinct = np.append(distinct, i)
+            left = 1.0 - np.sum(weight * self.coherence(given, i)[..., 0], axis=1)
+            result.append((given, weight, left.clip(0.0)))
+        return result
+
+
+@dataclass(frozen=True)
+class RandomField:
+    """Random field of one component at places, and what sensors measured of it."""
+
+    component: int  # 0, 1, 2 for u, v, w
+    places: Places
+    channels: Sequence[Channel]  # (M,)
+    variances: Float  # (H,) [m^2/s^2] of the amplitudes
+
+    def covariances(self, a: Index, b: Index) -> Float:
+        """(H, A, B) [m^2/s^2] between places."""
+        return np.asarray(self.variances[:, None, None] * self.places.coherence(a, b))
 
     @cached_property
     def noise(self) -> Float:
         """(M,) [m/s] standard deviations of the amplitudes of the sensors' errors, at all frequencies."""
-        return np.array([channel.noise for channel in self.channels]) / math.sqrt(2 * len(self.kappa) - 2)
+        return np.array([channel.noise for channel in self.channels]) / math.sqrt(2 * len(self.variances) - 2)
 
     @cached_property
     def measured(self) -> Float:
         """(H, M, M) [m^2/s^2] covariances of what the sensors measure, with their errors."""
-        return self.covariances(self.sensors, self.sensors) + np.diag(self.noise**2)
+        return self.covariances(self.places.sensors, self.places.sensors) + np.diag(self.noise**2)
 
 
 @one_blas_thread
@@ -205,8 +232,9 @@ def conditioned_fields(
     velocity = np.empty((len(winds), planes, grid.points_z, grid.points_y, 3), np.float32)
     at_points = velocity.reshape(len(winds), planes, -1, 3)
     factor, explained = np.ones(3), np.zeros(3)
+    field = None
     for c in range(3):
-        field = random_field(wind, grid, n, c, channels)
+        field = random_field(wind, grid, n, c, channels, field)
         if variance == "measured":
             factor[c] = _factor(field)
             field = replace(field, variances=factor[c] ** 2 * field.variances)
@@ -283,19 +311,29 @@ def on_planes(
 
 
 def random_field(
-    wind: TurbulentWind, grid: WindGrid, n: int, component: int, channels: Sequence[Channel]
+    wind: TurbulentWind,
+    grid: WindGrid,
+    n: int,
+    component: int,
+    channels: Sequence[Channel],
+    like: RandomField | None = None,
 ) -> RandomField:
-    """A component of a wind on ``n`` planes of a grid and at the sensors that measure it."""
+    """A component of a wind on ``n`` planes of a grid and at the sensors that measure it.
+
+    Its places are those of another field, ``like``, if they are equal: u, v and w of a sonic share the predictors.
+    """
     f, variances = amplitude_variances(wind, grid.hub_height, n)
+    x, weight = np.polynomial.legendre.leggauss(SLOW_NODES)
+    slow = 0.25 * f[0] * weight @ target_densities(wind, grid.hub_height, 0.25 * f[0] * (x + 1.0))[component]  # W-54
     f = np.append(0.0, f)
     kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, length_scale(wind, grid.hub_height))
     if wind.coherent == "u" and component > 0:
         kappa = np.full_like(kappa, INDEPENDENT)
-    x, weight = np.polynomial.legendre.leggauss(SLOW_NODES)
-    slow = 0.25 * f[1] * weight @ target_densities(wind, grid.hub_height, 0.25 * f[1] * (x + 1.0))[component]  # W-54
     mine = [channel for channel in channels if channel.component == component]
-    all_variances = np.pad(np.append(slow, variances[component]), (0, 1), "edge")
-    return RandomField(component, grid, mine, all_variances, np.pad(kappa, (0, 1), "edge"))
+    places = Places(grid, tuple(channel.y + 1j * channel.z for channel in mine), np.pad(kappa, (0, 1), "edge"))
+    if like and like.places.of_sensors == places.of_sensors and np.array_equal(like.places.kappa, places.kappa):
+        places = like.places
+    return RandomField(component, places, mine, np.pad(np.append(slow, variances[component]), (0, 1), "edge"))
 
 
 def _factor(field: RandomField) -> float:
@@ -313,70 +351,53 @@ def _factor(field: RandomField) -> float:
 
 def _explained(field: RandomField) -> float:
     """[-] share of the variance at the hub that the series determine, while they are known."""
-    hub = field.grid.hub[0] * field.grid.points_y + field.grid.hub[1]
-    with_hub = field.covariances(field.sensors, np.array([hub]))
+    row, column = field.places.grid.hub
+    with_hub = field.covariances(field.places.sensors, np.array([row * field.places.grid.points_y + column]))
     share = np.sum(with_hub * np.linalg.solve(field.measured, with_hub), axis=(1, 2))
     return float(np.sum(share[1:-1]) / np.sum(field.variances[1:-1]))
 
 
 def draw(field: RandomField, seeds: Sequence[int]) -> Complex:
     """Draw the amplitudes (S, P + M, H) [m/s] at all places with each seed."""
-    c, grid, bins, count = field.component, field.grid, len(field.kappa), len(field.points)
-    coherent = field.kappa[:-1] * min(grid.dy, grid.dz) < REACH
-    amplitudes = np.zeros((len(seeds), len(field.places), bins), np.complex128)
+    c, places, grid, kappa = field.component, field.places, field.places.grid, field.places.kappa
+    bins, count = len(kappa), len(places.points)
+    coherent = kappa[:-1] * min(grid.dy, grid.dz) < REACH
+    amplitudes = np.zeros((len(seeds), len(places.all), bins), np.complex128)
     for begin, end, stream in ((0, 1, SLOW_STREAM), (1, bins - 1, FIELD_STREAM)):
-        kappa = field.kappa[begin:end][coherent[begin:end]]
-        for some, parts in coherent_fields(kappa, grid, [(seed, stream + c) for seed in seeds]):
+        some_kappa = kappa[begin:end][coherent[begin:end]]
+        for some, parts in coherent_fields(some_kappa, grid, [(seed, stream + c) for seed in seeds]):
             part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
             amplitudes[:, :count, begin + some.start : begin + some.stop] = part
     for seed, drawn in zip(seeds, amplitudes, strict=True):
         add_noise(drawn[:count], np.where(coherent[1:], 0.0, 1.0), seed, 0, POINT_STREAM + c)
         add_noise(drawn[count:], np.ones(bins - 2), seed, 0, SENSOR_STREAM + c)
-        slow = np.zeros((len(field.channels), 3), np.complex128)
+        slow = np.zeros((len(places.sensors), 3), np.complex128)
         add_noise(slow, coherent[:1].astype(np.float64), seed, 0, SLOW_SENSOR_STREAM + c)
         drawn[count:, 0] = slow[:, 1]
     amplitudes[..., 0] = math.sqrt(2.0) * amplitudes[..., 0].real
-    amplitudes[:, :count] *= np.sqrt(field.variances)
-    distinct: list[int] = []  # sensors that are neither at a point nor at a sensor before
-    for i in field.sensors.tolist():
-        r = field.distances(np.array([i]), np.arange(i))[0]
-        if r.min() == 0.0:
-            amplitudes[:, i] = amplitudes[:, r.argmin()]
-        else:
-            nearest = np.argsort(r[:count], kind="stable")[:NEAREST]
-            _draw_given(field, i, np.append(nearest, np.array(distinct, np.intp)), amplitudes)
-            distinct.append(i)
+    amplitudes *= np.sqrt(field.variances)
+    for i, (given, weight, left) in zip(places.sensors, places.predictors, strict=True):
+        amplitudes[:, i] *= np.sqrt(left)
+        amplitudes[:, i] += np.einsum("hk,skh->sh", weight, amplitudes[:, given])
     return amplitudes
-
-
-def _draw_given(field: RandomField, i: int, given: Index, amplitudes: Complex) -> None:
-    """Turn unit noise at place ``i`` into amplitudes on the condition of those at given places (W-51)."""
-    for first in range(0, len(field.kappa), FREQUENCIES_AT_ONCE):
-        some = slice(first, first + FREQUENCIES_AT_ONCE)
-        covariance = field.covariances(given, np.array([i]), some)
-        weight = np.linalg.solve(field.covariances(given, given, some), covariance)
-        rest = field.variances[some] - np.sum(weight * covariance, axis=(1, 2))
-        amplitudes[:, i, some] *= np.sqrt(np.maximum(rest, 0.0))
-        amplitudes[:, i, some] += np.einsum("bk,skb->sb", weight[..., 0], amplitudes[:, given, some])
 
 
 def conditioned(field: RandomField, seeds: Sequence[int]) -> Complex:
     """Draw the amplitudes (S, P, H) [m/s] at the points with each seed on the condition of the series (W-50)."""
-    count, drawn = len(field.points), draw(field, seeds)
-    at_points, at_sensors = drawn[:, :count], drawn[:, count:]
+    places, drawn = field.places, draw(field, seeds)
+    at_points, at_sensors = np.split(drawn, [len(places.points)], axis=1)
     if not field.channels:
         return at_points
     values, known = (np.array([getattr(channel, name) for channel in field.channels]) for name in ("values", "known"))
-    unit = np.ones(len(field.kappa) - 2)
     errors = np.zeros_like(at_sensors)
     for seed, error in zip(seeds, errors, strict=True):
-        add_noise(error, unit, seed, 0, ERROR_STREAM + field.component)
+        add_noise(error, np.ones(len(field.variances) - 2), seed, 0, ERROR_STREAM + field.component)
     at_sensors += field.noise[:, None] * errors
     differences = values - fft.irfft(at_sensors, values.shape[1], norm="forward")
     amplitudes = fft.rfft([continued(x, known, field.measured) for x in differences], norm="forward")
     pull = np.linalg.solve(field.measured, amplitudes.T)
-    for some in np.split(field.points, range(POINTS_AT_ONCE, count, POINTS_AT_ONCE)):
-        at_points[:, some] += (field.covariances(some, field.sensors) @ pull).T
+    for some in np.array_split(places.points, math.ceil(len(places.points) / POINTS_AT_ONCE)):
+        at_points[:, some] += (field.covariances(some, places.sensors) @ pull).T
     return at_points
 
 
