@@ -52,6 +52,7 @@ LEAST_FREEDOM = 8
 """Degrees of freedom of the covariance of the seeds below which a fit would be certain of anything."""
 MOST_STEPS, CONVERGED = 4, 0.05
 """Steps of Gauss and Newton, and the step over the posterior standard deviation at which they end."""
+EVIDENCE = "A logarithm of the evidence above 3 speaks strongly for a parameter; below 0 the data do not need it."
 
 
 def checked(names: Sequence[str], settings: Validation) -> tuple[str, ...]:
@@ -282,28 +283,32 @@ def sections(
 
     if why:
         order = np.argsort([each.wind_speed for each in comparison.records])
-        chosen = prepared(order[np.linspace(0, len(order) - 1, min(why, len(order))).round().astype(int)].tolist())
+        chosen = order[np.linspace(0, len(order) - 1, min(why, len(order))).round().astype(int)]
         try:
-            yield Section("Why", [why_table(simulator, chosen, comparison, workers, progress)])
+            now = linear(simulator, prepared(chosen.tolist()), comparison.channels, list(PRIORS), workers, progress)
+            yield Section("Why", [why_table(now, simulator.settings, comparison)])
         except MeltemiError as error:
             yield Section("Why", [f"No sensitivities: {error}"])
     if parameters:
         half, rest = ([*range(first, len(measured), 2)] for first in (0, 1))
+        before = comparison.some(rest)
         try:
             found = fitted(simulator, prepared(half), comparison.some(half), parameters, progress, workers)
-            judged = [measured[k] for k in rest]
-            yield Section("Fit", [*fit_tables(simulator, found, judged, comparison.some(rest), workers)])
+            changed = simulator.at(found.parameters, found.estimate)
+            judged, _ = simulate_records(changed, [measured[k] for k in rest], before.channels, workers=workers)
+            after = replace(before, records=tuple(judged))
+            tables = [
+                agreement_table(headline(each.agreements(), each.channels), f"Other half of the records, {how} fit")
+                for each, how in ((before, "no"), (after, "with the"))
+            ]
+            yield Section("Fit", [posterior_table(found), EVIDENCE, *tables])
         except MeltemiError as error:
             yield Section("Fit", [f"No fit: {error}"])
 
 
-def why_table(
-    simulator: Simulator, prepared: Sequence[Prepared], comparison: Comparison, workers: int | None,
-    progress: Callable[[float], None] | None,
-) -> Table:  # fmt: skip
+def why_table(now: Linear, settings: Validation, comparison: Comparison) -> Table:
     """Change of each statistic by one prior standard deviation of each parameter, in per cent of its magnitude."""
-    now = linear(simulator, prepared, comparison.channels, list(PRIORS), workers, progress)
-    width = {name: prior(name, simulator.settings, comparison) for name in PRIORS}
+    width = {name: prior(name, settings, comparison) for name in PRIORS}
     scale = np.nanmean(np.abs(now.values), axis=0)[..., None]
     changes = 100.0 * now.slopes.mean(axis=0) * [*width.values()] / scale
     rows = [
@@ -312,34 +317,24 @@ def why_table(
         for s, statistic in enumerate(HEADLINE)
     ]
     head = ["channel", "statistic", *(f"{name}\n{_shown(name, x)}" for name, x in width.items())]
-    what = f"Change [%] of a statistic by one prior standard deviation of a parameter, mean of {len(prepared)} records"
+    what = (
+        f"Change [%] of a statistic by one prior standard deviation of a parameter, mean of {len(now.values)} records"
+    )
     return Table(head, rows, what, 2)
 
 
-def _shown(name: str, value: float) -> str:
-    if name in ("pitch_offset", "yaw_error"):
-        return f"{np.degrees(value):.3g} deg"
-    return f"{value:.3g}" if name.startswith("gauge_zero") else f"{100.0 * value:.3g} %"
-
-
-def fit_tables(
-    simulator: Simulator,
-    found: Posterior,
-    judged: Sequence[MeasuredRecord],
-    comparison: Comparison,
-    workers: int | None,
-) -> Iterator[str | Table]:
-    """The posterior, and the judged half before and after."""
+def posterior_table(found: Posterior) -> Table:
+    """Parameters with prior, estimate, interval and evidence."""
     columns = found.prior, found.estimate, found.half
     rows = [
         [name, *(_shown(name, x) for x in values), number(evidence)]
         for name, *values, evidence in zip(found.parameters, *columns, found.evidence, strict=True)
     ]
     head = ["parameter", "prior\n+/- one standard deviation", "estimate", "95 %\n+/-", "ln evidence"]
-    yield Table(head, rows, f"Posterior after {found.steps} steps; misfit {found.misfit:.2f} per datum")
-    yield "A logarithm of the evidence above 3 speaks strongly for a parameter; below 0 the data do not need it."
-    yield agreement_table(headline(comparison.agreements(), comparison.channels), "Other half of the records, no fit")
-    after = simulator.at(found.parameters, found.estimate)
-    records, _ = simulate_records(after, judged, comparison.channels, workers=workers)
-    judged_after = replace(comparison, records=tuple(records))
-    yield agreement_table(headline(judged_after.agreements(), comparison.channels), "Other half, with the fit")
+    return Table(head, rows, f"Posterior after {found.steps} steps; misfit {found.misfit:.2f} per datum")
+
+
+def _shown(name: str, value: float) -> str:
+    if name in ("pitch_offset", "yaw_error"):
+        return f"{np.degrees(value):.3g} deg"
+    return f"{value:.3g}" if name.startswith("gauge_zero") else f"{100.0 * value:.3g} %"
