@@ -135,9 +135,12 @@ class Simulator:
             controller=case_controller(self.case, model, self.folder),
             channels=tuple(dict.fromkeys((*prepared.signals, *ROTOR))),
             output_step=self.case.output_step * max(round(OUTPUT_STEP / self.case.output_step), 1),
-            # with the parameters: those of gauges change what is kept of a run, but not the run
-            name=", ".join([prepared.record.name, f"seed {seed}", *(f"{k} {x!r}" for k, x in self.parameters.items())]),
+            name=self.name_of(prepared, seed),
         )
+
+    def name_of(self, prepared: Prepared, seed: int) -> str:
+        """Name of a run with its parameters: those of gauges change what is kept of it, but not the run."""
+        return ", ".join([prepared.record.name, f"seed {seed}", *(f"{k} {x!r}" for k, x in self.parameters.items())])
 
     def reduced(self, prepared: Prepared, result: Result) -> ReducedRecord:
         """What is compared of a simulation: what its gauges would read."""
@@ -210,13 +213,13 @@ def simulate_records(
         except InputError as error:
             failed[record.name] = str(error)
     n = simulator.settings.seeds
-    of_runs = [(simulator.run(each, seed), each) for each in ready for seed in range(1, n + 1)]
-    of_name = {run.name: each for run, each in of_runs}
+    of_run = {simulator.name_of(each, seed): (each, seed) for each in ready for seed in range(1, n + 1)}
     values = cells(
-        [run for run, _ in of_runs],
-        reduce=lambda result: simulator.reduced(of_name[result.meta["case"]], result),
+        (simulator.run(each, seed) for each, seed in of_run.values()),
+        reduce=lambda result: simulator.reduced(of_run[result.meta["case"]][0], result),
         workers=workers,
         progress=progress,
+        total=len(of_run),
     )
     done = []
     for k, each in enumerate(ready):
