@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +13,10 @@ from numpy.typing import NDArray
 from meltemi import TurbulentWind
 from meltemi.cases.case import LoadCase
 from meltemi.postprocess.fatigue import damage_equivalent_load
-from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import simulate
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import wind_grid_for
 from meltemi.validation.channel_map import ChannelMap
-from meltemi.validation.fit import result_of
 from meltemi.validation.measurements import MeasuredRecord, Signal
 from meltemi.validation.simulations import Simulator
 
@@ -27,6 +27,8 @@ POINTS, DT = 9, 0.25
 """Of all wind fields: points across, and [s] between planes, at which the sonic samples."""
 STEP = 0.1
 """[s] of the samples at the turbine."""
+BEFORE = 1800.0
+"""[s] of wind before that of a record: it fluctuates on longer times than the record, as that of a site does."""
 CASE: dict[str, Any] = {"turbine": "nrel5mw", "wind": {"kind": "steady", "speed": 10.0}, "duration": 10.0}
 FIELD = {"points": POINTS, "dt": DT, "coherent": "all"}
 MACHINE = {
@@ -65,11 +67,11 @@ def measured(
     wind = TurbulentWind(speed=speed, intensity=0.12, seed=seed, scaled=False, **FIELD)
     grid = wind_grid_for(simulator.turbine, POINTS)
     transient, delay = simulator.settings.transient, UPWIND / speed
-    box = generate_field(wind, grid, transient + length + delay)
+    whole = generate_field(wind, grid, BEFORE + transient + length + delay)
+    box = replace(whole, velocity=whole.velocity[round(BEFORE / DT) :])
     real = simulator.at([*truth], truth.values())
     channels = (*MACHINE, "azimuth")
-    run = Run(real.model(None), box, duration=transient + length, channels=channels, output_step=STEP)
-    result = result_of(run)
+    result = simulate(real.model(None), box, duration=transient + length, channels=channels, output_step=STEP)
     passing = box.passing - delay - transient  # the mast
     inside = (passing >= 0.0) & (passing < length)
     draw = np.random.default_rng(seed)
@@ -109,8 +111,7 @@ def write_statistics(path: Path, simulator: Simulator, winds: Sequence[tuple[flo
         wind = TurbulentWind(speed=speed, intensity=intensity, seed=101 + k, points=POINTS, dt=DT)
         box = generate_field(wind, grid, transient + 600.0)
         inside = (box.passing >= transient) & (box.passing < transient + 600.0)
-        run = Run(simulator.model(None), box, duration=transient + 600.0, channels=(*MACHINE,), transient=transient)
-        result = result_of(run)
+        result = simulate(simulator.model(None), box, duration=transient + 600.0, channels=(*MACHINE,))
         u = box.velocity[inside][:, *grid.hub, 0].astype(float)
         row = [BEGIN + 600.0 * k, u.mean(), u.std()]
         for name in MACHINE:
