@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from terminal import Command, refused
 
 from meltemi.cases.case import read_case
+from meltemi.core.yamlfile import read_record
 from meltemi.simulation.result import Result
 from meltemi.tuning.run_store import run_store
 from meltemi.validation import simulations
@@ -21,7 +22,7 @@ from meltemi.validation.comparison import ComparedRecord, Comparison
 from meltemi.validation.fit import sections
 from meltemi.validation.measurements import read_measurements
 from meltemi.validation.reduction import STATISTICS, ReducedRecord
-from meltemi.validation.settings import read_validation
+from meltemi.validation.settings import Validation
 from simulated_measurement import (
     FIELD,
     load_case,
@@ -243,7 +244,7 @@ def test_a_fit_of_a_gauge_that_is_not_compared(validated: Refused, tmp_path: Pat
 def test_why_with_a_controller_without_derivatives(tmp_path: Path) -> None:
     """The report says so in place of the table."""
     law = {"kind": "python", "file": "law.py", "function": "make"}
-    settings = read_validation(prepare(tmp_path, columns(1), case={**CASE, "controller": law}))
+    settings = read_record(prepare(tmp_path, columns(1), case={**CASE, "controller": law}), Validation)
     (tmp_path / "law.py").write_text(LAW)
     simulator = simulations.Simulator.of(settings, read_case(tmp_path / "case.yaml"), tmp_path)
     (record,) = read_measurements(tmp_path / "records", settings.channels)
@@ -304,7 +305,7 @@ def test_no_wind_upwind(validated: Refused, tmp_path: Path) -> None:
 def test_report_tables_and_interruption(command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shorter = {"selection": {"complete": 0.45}, "transient": 30.0, "turbulence": FIELD}
     file, out = prepare(tmp_path, {"u": np.empty(0)}, loggers=loggers(), **shorter), tmp_path / "out"
-    simulator = simulations.Simulator.of(read_validation(file), load_case(), tmp_path)
+    simulator = simulations.Simulator.of(read_record(file, Validation), load_case(), tmp_path)
     records = [measured(simulator, speed, seed, 320.0, {}) for speed, seed in ((8.0, 1), (9.0, 2))]
     write_records(tmp_path / "records", records)
     arguments = ("validate", file, "--data", tmp_path / "records", "--out", out, "--why", 0, "--workers", 1)
@@ -355,7 +356,7 @@ def test_statistics_of_a_right_and_a_wrong_model(command: Command, tmp_path: Pat
     logger = {"one": {"time": {"column": "t", "form": "posix"}, "channels": statistics_channels()}}
     field = {"points": FIELD["points"], "dt": FIELD["dt"]}
     file = prepare(tmp_path, {"u": np.empty(0)}, loggers=logger, seeds=4, turbulence=field)
-    simulator = simulations.Simulator.of(read_validation(file), load_case(), tmp_path)
+    simulator = simulations.Simulator.of(read_record(file, Validation), load_case(), tmp_path)
     winds = [(6.5, 0.14), (7.5, 0.12), (8.5, 0.12), (9.5, 0.1), (10.5, 0.11), (14.0, 0.1)]
     write_statistics(tmp_path / "records" / "scada.csv", simulator, winds)
     thin = tmp_path / "thin.yaml"
@@ -380,7 +381,9 @@ def test_statistics_of_a_right_and_a_wrong_model(command: Command, tmp_path: Pat
 @pytest.mark.slow
 def test_a_gauge_is_read_anew_from_the_runs_of_a_study(tmp_path: Path) -> None:
     file, flap = prepare(tmp_path, {"u": np.empty(0)}, loggers=loggers(), turbulence=FIELD), "root_moment_flap_1"
-    simulator = simulations.Simulator.of(read_validation(file).replace(seeds=1, transient=20.0), load_case(), tmp_path)
+    simulator = simulations.Simulator.of(
+        read_record(file, Validation).replace(seeds=1, transient=20.0), load_case(), tmp_path
+    )
     record = measured(simulator, 8.0, 1, 30.0, {})
     changed = simulator.at([f"gauge_gain.{flap}", f"gauge_zero.{flap}"], [0.1, 2e5])
     with run_store(tmp_path, "study"):

@@ -37,17 +37,14 @@ def doubtful(records: Sequence[MeasuredRecord], channels: ChannelMap) -> list[Da
     """Issues of time stamps, samples and clocks of records; of statistics, whether they can belong together."""
     issues: list[DataIssue] = []
     sensors = list(channels.sensors())
-    if channels.statistical:
-        return [
-            issue for record in records for name, _, sensor in sensors for issue in _of_statistics(record, name, sensor)
-        ]
-    first = {key: name for name, key, _ in reversed(sensors)}  # a channel of each logger
+    first = {key: name for name, key, _ in reversed(sensors) if not channels.statistical}  # a channel of each logger
+    of_channel = _of_statistics if channels.statistical else _of_samples
     for record in records:
         for key, name in first.items():
             issues += _of_stamps(record, f"logger {key!r}", record[name])
         for name, _, sensor in sensors:
-            issues += _of_samples(record, name, sensor)
-    for name in [name for name, _, _ in sensors if "@" in name and records]:
+            issues += of_channel(record, name, sensor)
+    for name in [name for name, _, _ in sensors if "@" in name and records and first]:
         issues += _of_clocks(records, name)
     return issues
 

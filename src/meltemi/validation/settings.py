@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import read_record
 from meltemi.validation.channel_map import ChannelMap
 from meltemi.validation.conditions import SiteConditions
 from meltemi.validation.selection import SelectionRules
@@ -52,12 +50,3 @@ class Validation(Record):
         if self.channels.statistical and (self.idle or self.yaw_sweep):
             raise ValueError("idle, yaw_sweep: gauges are calibrated by series; ten-minute statistics have none")
         return self
-
-
-def read_validation(path: str | Path) -> Validation:
-    """Read the file of a validation.
-
-    Raises:
-      InputError: the file is missing or not valid; the message names line and key.
-    """
-    return read_record(path, Validation)

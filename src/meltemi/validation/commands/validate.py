@@ -34,6 +34,7 @@ def validate(
     need("meltemi validate", "pandas", "python-docx")
     from meltemi.cases.case import read_case
     from meltemi.core.fingerprint import fingerprint
+    from meltemi.core.yamlfile import read_record
     from meltemi.reports.blocks import Section
     from meltemi.tuning.run_store import run_store
     from meltemi.validation import fit as fitting
@@ -44,18 +45,17 @@ def validate(
     from meltemi.validation.quality import doubtful
     from meltemi.validation.report import Findings, agreement_table, write_findings
     from meltemi.validation.selection import select
-    from meltemi.validation.settings import read_validation
+    from meltemi.validation.settings import Validation
     from meltemi.validation.simulations import Simulator, compared_channels, gauges_of, simulate_records
 
-    settings = read_validation(file)
+    settings = read_record(file, Validation)
     settings = settings if seeds is None else settings.replace(seeds=seeds)
     place, data = file.parent / settings.case, file.parent if data is None else data
     simulator = Simulator.of(settings, read_case(place), place.parent)
     names = compared_channels(settings)
     with progress_bar("reading") as progress:
         progress(0.0)
-        channels = settings.channels
-        measured = read_measurements(data, channels)
+        measured = read_measurements(data, channels := settings.channels)
         issues = [*doubtful(measured, channels), *plausible(measured, channels, simulator.turbine)]
         calibrations = calibrations_of(measured, simulator.turbine, settings.idle, settings.yaw_sweep)
         measured = in_moments(measured, calibrations)
