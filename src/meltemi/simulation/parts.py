@@ -127,6 +127,7 @@ PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
+    "meltemi.frames.part": lambda turbine, options: getattr(turbine, "frame", None) is not None,
     "meltemi.floating.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
 }
 """Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""
