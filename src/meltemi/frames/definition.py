@@ -68,6 +68,15 @@ class Section(Record):
                 )
         return self
 
+    @property
+    def breadth(self) -> float:
+        """[m] diameter of a tube, mean of the sides of a rectangle, diameter of a rod of equal area."""
+        if self.kind == "tube":
+            return float(self.diameter or 0.0)
+        if self.kind == "rectangle":
+            return 0.5 * (float(self.width or 0.0) + float(self.height or 0.0))
+        return float(np.sqrt(4.0 / np.pi * (self.area or 0.0)))
+
 
 class Releases(Record):
     """Rotations that the end of a member does not transfer, about inertial axes or one direction."""
@@ -184,7 +193,7 @@ class Frame(Record):
     interface: tuple[str, ...] = Field(min_length=1)
     """Joints that are rigidly connected with the tower's base."""
     masses: tuple[JointMass, ...] = ()
-    releases: dict[str, Releases] = {}
+    releases: dict[str, Releases] = Field(default={})
     """Joints at which members are not rigidly connected with each other."""
     divisions: int = Field(default=2, ge=1, le=20)
     """Number of finite elements of a member [-; 1 to 8]."""
@@ -193,11 +202,11 @@ class Frame(Record):
     interface_damping: Array | None = None
     """(6, 6) damping between the tower's base and the ground, about the base, inertial axes."""
     hydrodynamics: Coefficients = Coefficients()
-    other_hydrodynamics: dict[str, Coefficients] = {}
+    other_hydrodynamics: dict[str, Coefficients] = Field(default={})
     """Coefficients of members that name them."""
     ends: EndCoefficients = EndCoefficients()
     """Loads on ends of members at joints; none by default, as a brace ends in a leg."""
-    other_ends: dict[str, EndCoefficients] = {}
+    other_ends: dict[str, EndCoefficients] = Field(default={})
     """Those of some joints, by joint."""
     growth: tuple[Growth, ...] = ()
     """Marine growth on all members between heights."""
@@ -256,8 +265,7 @@ class Frame(Record):
                 a, b = (self.joints[name] for name in member.joints)
                 first = self.sections[member.section]
                 last = self.sections[member.end_section or member.section]
-                size = [float(np.sqrt(4.0 / np.pi * s.area) if s.area else s.diameter or s.width) for s in (first, last)]  # type: ignore[arg-type]
-                members.append([*map(float, a), *map(float, b), *size])
+                members.append([*map(float, a), *map(float, b), first.breadth, last.breadth])
         return {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
 
     def doubts(self, turbine: Any) -> list[str]:
