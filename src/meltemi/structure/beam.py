@@ -167,7 +167,7 @@ def assemble(beam: Beam, z: Float) -> Mesh:
     root = np.asarray(np.linalg.cholesky(sums(weights, compliance, B)), float)
     # the part beyond an element moves with its end
     G = _carried(points, points[1:], root) * np.kron(np.tri(n, n - 1, -1), np.ones((6, 6)))
-    N = _shape_functions((q - z[e]) / (z[e + 1] - z[e]), points[e + 1] - points[e])
+    N = shape_functions((q - z[e]) / (z[e + 1] - z[e]), points[e + 1] - points[e])
     M = np.zeros((6 * n, 6 * n))
     for k, part in enumerate(sums(weights, section, N)):
         M[6 * k : 6 * k + 12, 6 * k : 6 * k + 12] += part
@@ -180,7 +180,7 @@ def _carried(points: Float, origins: Float, motions: Float) -> Float:
     return result
 
 
-def _shape_functions(x: Float, chord: Float) -> Float:
+def shape_functions(x: Float, chord: Float) -> Float:
     """(m, 6, 12) motion at fractions ``x`` (m,) of elements along ``chord`` (m, 3) from the motion of their ends.
 
     Bending is cubic in displacement with sections normal to the deflected axis, stretch and twist are linear.
