@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -177,6 +178,7 @@ class Assembly:
       transformation: (6n, f) sparse, displacements of nodes from the free coordinates; the last six are the base's.
       held: (6n, 6c) sparse, displacements of nodes by motions of the c clamped feet.
       clamped: (c,) names of clamped joints.
+      sprung: names of feet that are not clamped.
       weight: (e, 2, 6) loads on the elements' ends by the members' mass (steel alone) under a gravity of 1 m/s^2.
       joint_weight: (n, 6) those of masses at joints, on nodes.
       pretension: (e, 2, 6) loads of cables on their ends as installed.
@@ -196,6 +198,7 @@ class Assembly:
     transformation: Any
     held: Any
     clamped: tuple[str, ...]
+    sprung: tuple[str, ...]
     weight: Float
     joint_weight: Float
     pretension: Float
@@ -348,6 +351,7 @@ class _Assembler:
             transformation=T,
             held=held,
             clamped=clamped,
+            sprung=tuple(name for name in self.feet if name not in clamped),
             weight=_line_loads(elements, down),
             joint_weight=joint_weight,
             pretension=self._pretension(elements),
@@ -358,7 +362,7 @@ class _Assembler:
     def _elements(self, points: Float) -> Elements:
         frame = self.frame
         members, names = list(frame.members.values()), list(frame.members)
-        pairs = [(i, a, b) for i, name in enumerate(names) for a, b in self._pairs(name)]
+        pairs = [(i, a, b) for i, name in enumerate(names) for a, b in pairwise(self.member_nodes[name].tolist())]
         member, nodes = np.array([p[0] for p in pairs]), np.array([p[1:] for p in pairs])
         chord = points[nodes[:, 1]] - points[nodes[:, 0]]
         length = np.linalg.norm(chord, axis=1)
@@ -395,10 +399,6 @@ class _Assembler:
             each = members[member[k]]
             K[k], M[k] = _simple(each, float(length[k]), axes[k, :, 2])
         return Elements(member, nodes, axes, length, K, M, W, steel, fill, growth, tuple(made))
-
-    def _pairs(self, name: str) -> zip[tuple[int, int]]:
-        nodes = self.member_nodes[name].tolist()
-        return zip(nodes[:-1], nodes[1:], strict=True)
 
     def _pretension(self, elements: Elements) -> Float:
         tension = np.array([each.pretension if each.kind == "cable" else 0.0 for each in self.frame.members.values()])

@@ -281,14 +281,25 @@ def natural_modes(
         alone[:6, :6] += base[1]
     if tip_mass is not None:
         M[-6:, -6:] += tip_mass
+    value, shape = lowest_modes(G, M, n)
+    shapes = shape.reshape(len(shape), -1, 6)
+    return Modes(mesh.z, mesh.points, shapes, np.diag(value), np.eye(len(shape)), shape @ alone @ shape.T)
+
+
+def lowest_modes(G: Float, M: Float, n: int) -> tuple[Float, Float]:
+    """Squares (k,) of the ``n`` lowest frequencies, and modes (k, N) of unit mass; fewer if not all coordinates move.
+
+    Args:
+      G: (N, c) factor of the flexibility, G G^T.
+      M: (N, N) mass matrix.
+    """
     # with x = w G y the problem K x = w^2 M x is G^T M G y = y / w^2: no inverse is needed, the lowest modes are
     # computed first and to machine precision, and stiff directions and sections without inertia cause no difficulty
     total = G.shape[1]
     inverse, y = scipy.linalg.eigh(G.T @ M @ G, subset_by_index=(total - min(n, total), total - 1))
     moving = np.flatnonzero(inverse > 1e-12 * inverse[-1])[::-1]
-    n, value = len(moving), 1.0 / inverse[moving]
-    shape = (G @ y[:, moving] * np.sqrt(value)).T
-    return Modes(mesh.z, mesh.points, shape.reshape(n, -1, 6), np.diag(value), np.eye(n), shape @ alone @ shape.T)
+    value = 1.0 / inverse[moving]
+    return value, (G @ y[:, moving] * np.sqrt(value)).T
 
 
 def residual_modes(mesh: Mesh, modes: Modes, loads: Float) -> Modes:
