@@ -73,17 +73,13 @@ def reduced(assembly: Assembly, modes: int, mass: Any | None = None) -> Reductio
     T, K = assembly.transformation, assembly.free
     M = T.T @ (assembly.mass if mass is None else mass) @ T
     static = np.vstack([-assembly.solver(base=True).solve(K[:-6, -6:].toarray()), np.eye(6)])
-    # largest first, so that coordinates without mass do no harm
-    inner, count = K.shape[0] - 6, min(modes, K.shape[0] - 6)
-    value, shape = scipy.linalg.eigh(
-        M[:-6, :-6].toarray(), K[:-6, :-6].toarray(), subset_by_index=(inner - count, inner - 1)
-    )
-    moving = np.flatnonzero(value > 1e-12 * value.max(initial=1e-300))[::-1]
-    own = np.vstack([shape[:, moving] / np.sqrt(value[moving]), np.zeros((6, len(moving)))])
+    inner = K.shape[0] - 6
+    value, shape = _lowest(M[:inner, :inner], K[:inner, :inner], modes)
+    own = np.vstack([shape / np.sqrt(value), np.zeros((6, len(value)))])
     return Reduction(
         static=_nodes(T @ static),
         modes=_nodes(T @ own),
-        frequency=1.0 / np.sqrt(value[moving]),
+        frequency=1.0 / np.sqrt(value),
         stiffness=static.T @ (K @ static),
         mass=static.T @ (M @ static),
         coupling=own.T @ (M @ static),
@@ -92,7 +88,7 @@ def reduced(assembly: Assembly, modes: int, mass: Any | None = None) -> Reductio
 
 def _nodes(columns: Float) -> Float:
     """(k, n, 6) displacements of nodes from columns (6n, k)."""
-    return columns.T.reshape(columns.shape[1], -1, 6)
+    return columns.T.reshape(columns.shape[1], len(columns) // 6, 6)
 
 
 def frequencies(assembly: Assembly, count: int, *, fixed: bool = False, mass: Any | None = None) -> Float:
@@ -107,12 +103,21 @@ def frequencies(assembly: Assembly, count: int, *, fixed: bool = False, mass: An
     assembly.solver(base=fixed)
     T, K = assembly.transformation, assembly.free
     M, end = T.T @ (assembly.mass if mass is None else mass) @ T, K.shape[0] - 6 * fixed
-    first = max(end - count, 0)
-    inverse = scipy.linalg.eigh(
-        M[:end, :end].toarray(), K[:end, :end].toarray(), eigvals_only=True, subset_by_index=(first, end - 1)
-    )
-    result: Float = 1.0 / np.sqrt(inverse[::-1])
+    result: Float = 1.0 / np.sqrt(_lowest(M[:end, :end], K[:end, :end], count)[0])
     return result
+
+
+def _lowest(M: Any, K: Any, count: int) -> tuple[Float, Float]:
+    """Inverse squares (m,) of the lowest frequencies, and shapes (f, m) of unit stiffness; at most ``count``.
+
+    Coordinates without mass do no harm in the inverse problem.
+    """
+    n, m = K.shape[0], min(count, K.shape[0])
+    if m == 0:
+        return np.zeros(0), np.zeros((n, 0))
+    value, shape = scipy.linalg.eigh(M.toarray(), K.toarray(), subset_by_index=(n - m, n - 1))
+    moving = np.flatnonzero(value > 1e-12 * value[-1])[::-1]
+    return value[moving], shape[:, moving]
 
 
 def tower_base(frame: Frame, tower: Tower) -> Float:
