@@ -11,9 +11,10 @@ import scipy.linalg
 
 from meltemi import InputError, load_turbine
 from meltemi.frames.definition import Foot, Frame, JointMass, Member, Releases, Section
-from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness, member_axes, properties
+from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness, member_axes
 from meltemi.frames.recovery import PLACES, recovery
 from meltemi.frames.reduction import frequencies, reduced, supported_tower, tower_base
+from meltemi.frames.sections import properties
 from meltemi.sea.pile_beam import pile_beam, pile_head, soil_springs
 from meltemi.sea.soil import Sand, Soil
 from meltemi.sea.support import Support
@@ -185,7 +186,7 @@ def test_a_free_frame_moves_as_a_rigid_body() -> None:
     weight = assembly.nodal(assembly.weight) + assembly.joint_weight
     assert -weight[:, 2].sum() == pytest.approx(total)
     moment = np.einsum("nij,nj->i", arms.transpose(0, 2, 1), weight)
-    assert r.mass[3:, 2] == pytest.approx(-moment[3:], rel=1e-9, abs=1e-6)
+    assert r.mass[3:6, 2] == pytest.approx(-moment[3:], rel=1e-9, abs=1e-6)
 
 
 def test_the_base_is_where_it_is_asked_for() -> None:
@@ -314,9 +315,6 @@ def test_water_inside_and_growth_move_with_the_member() -> None:
     axial, lateral = (e.mass[:, i, j] + e.mass[:, i, i] for i, j in ((2, 8), (0, 6)))
     total = (e.steel + e.fill + e.growth) * 5.0
     assert axial == pytest.approx(total / 2) and lateral == pytest.approx(total / 2, rel=0.02)
-    added = 1025 * np.pi / 4 * np.array([1.2**2, 0.2 * 1.2**2 + 0.8, 0, 0]) * 5.0
-    moving = np.tile(np.eye(6)[:, [0, 2]], (2, 1))
-    assert moving.T @ e.water @ moving == pytest.approx(added[:, None, None] * np.diag([1.0, 0.0]))
     partly = wet.replace(members={"ab": Member(joints=("a", "b"), section="tube", filled_to=-7.0, fill_density=2000.0)})
     assert assemble(partly).elements.fill == pytest.approx(2000 * np.pi / 4 * 0.95**2 * np.array([0.6, 0, 0, 0]))
 

@@ -40,7 +40,7 @@ from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
 from meltemi.frames.loads import Loads
 from meltemi.frames.reduction import tower_base
-from meltemi.frames.water import Pieces, pieces
+from meltemi.frames.water import Pieces, added_mass, pieces
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross, dot
 from meltemi.sea.airy import GRAVITY
@@ -394,15 +394,6 @@ def in_water(
         "frame_push": np.ascontiguousarray(np.column_stack([k.elevation[:, -1], push])),
         "frame_added": added_mass(p, shape, deep),
     }
-
-
-def added_mass(p: Pieces, shape: Float, deep: int) -> Float:
-    """(k, k) added mass of the lowest pieces in the modes (F-44)."""
-    along = np.einsum("kpi,pi->kp", shape, p.axis)
-    total = np.einsum("p,kpi,jpi->kj", p.added[:deep], shape[:, :deep], shape[:, :deep])
-    total += np.einsum("p,kp,jp->kj", (p.along - p.added)[:deep], along[:, :deep], along[:, :deep])
-    result: Float = total
-    return result
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FramePart:
