@@ -22,7 +22,8 @@ import scipy.sparse.linalg
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.frames.definition import TOLERANCE, Foot, Frame, JointMass, Member, Releases
+from meltemi.frames.checks import TOLERANCE
+from meltemi.frames.definition import Foot, Frame, JointMass, Member, Releases
 from meltemi.frames.sections import Properties, properties
 from meltemi.sea.pile_beam import pile_head
 from meltemi.sea.support import Support
@@ -230,7 +231,7 @@ def assemble(frame: Frame, base: Float | None = None, clamp: str | None = None) 
       clamp: a joint that is clamped in place of feet, which a frame that floats does not have.
 
     Raises:
-      InputError: rigid links connect feet with each other or with the interface, or a pile's section is not a tube.
+      InputError: rigid links connect feet with each other or with the interface.
     """
     feet = {foot.joint: foot for foot in frame.feet} | ({} if clamp is None else {clamp: Foot(joint=clamp)})
     clamped = tuple(name for name, foot in feet.items() if foot.soil is None and foot.stiffness is None)
@@ -498,11 +499,8 @@ def _ground(frame: Frame, foot: Foot) -> tuple[Float, Float, Float]:
     mass = np.zeros((6, 6)) if foot.mass is None else np.asarray(foot.mass)
     if foot.soil is None:
         return np.asarray(foot.stiffness), mass, np.zeros((6, 6))
-    section = frame.sections.get(foot.pile_section or "")
-    if section is None or section.kind != "tube" or foot.pile_length is None:
-        raise InputError(
-            f"frame.feet: the foot at joint {foot.joint!r} has soil and needs pile_length and pile_section, a tube"
-        )
+    assert foot.pile_section is not None and foot.pile_length is not None
+    section = frame.sections[foot.pile_section]
     pile = Support(  # its mudline is 1 m below still water; only what is below the mudline counts
         depth=1.0,
         position=[-1.0 - foot.pile_length, 1.0],

@@ -13,6 +13,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
 from meltemi.frames.water import added_mass, pieces
@@ -162,7 +163,7 @@ def _natural(
 ) -> tuple[Modes, list[str], Float]:
     """Natural modes of the tower on the frame, their names, and shapes (k, n, 6) of the frame's nodes (F-18, F-19)."""
     frame, water = reduced(assembly, FIXED_MODES), pieces(assembly)
-    still = int(np.searchsorted(water.high, 0.0, side="right"))
+    still = int(np.searchsorted(water.high, TOLERANCE))
     wet = frame.mass + added_mass(water, water.moved(assembly, frame.shapes), still)
     # coordinates are those of the tower's nodes, of which the first is the base, then the modes of the frame
     tower, m = 6 * len(mesh.z), len(frame.frequency)
