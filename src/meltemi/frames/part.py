@@ -106,7 +106,7 @@ class FrameSection(Table, axes="station"):
 
 
 class FrameBasis(Table, axes="part"):
-    """Forces of the water on the pieces, load of the tower at its base, accelerations and coordinates of the modes, 1."""
+    """Forces of the water on the pieces, load of the tower, accelerations and coordinates of the modes, and 1."""
 
     value: Numbers = number("-", "in this order, in SI units")
 
@@ -177,6 +177,8 @@ def frame_forces(t: float, m: FrameSystem) -> None:
         for j in range(k + 1):
             m.core_mass[k, j] += m.frame_added[k, j]
     for n in range(whole(w.deep)):
+        if piece.drag[n] + piece.plate[n] == 0.0:
+            continue
         i = 3 * n
         v = Vec(at(now, flow, i), at(now, flow, i + 1), at(now, flow, i + 2)) - velocity_of(n, m)
         F = drag_force(v, piece.axis[n], piece.drag[n], piece.plate[n])
