@@ -139,14 +139,17 @@ class Coefficients(Record):
 
 
 class EndCoefficients(Record):
-    """Coefficients of the loads along members on their ends at a joint, over the sum of their outward areas."""
+    """Coefficients of the loads along members on their ends at a joint, over the sum of their outward areas.
+
+    By default ends have pressure only, which the wall of a leg lacks where a brace ends in it.
+    """
 
     drag: float = Field(default=0.0, ge=0.0)
     """Drag coefficient [-; 0.4 to 12] of the ends."""
     added_mass: float = Field(default=0.0, ge=0.0)
     """Added-mass coefficient [-; 0.2 to 2] of the ends."""
-    pressure: float = Field(default=0.0, ge=0.0)
-    """Share of the pressure of the wave on the ends [-; 0.5 to 1]: 1 for free ends."""
+    pressure: float = Field(default=1.0, ge=0.0)
+    """Share of the pressure of the wave on the ends [-; 0.5 to 1]."""
 
 
 class JointMass(Record):
@@ -203,15 +206,16 @@ class Frame(Record):
     other_hydrodynamics: dict[str, Coefficients] = Field(default={})
     """Coefficients of members that name them."""
     ends: EndCoefficients = EndCoefficients()
-    """Loads on ends of members at joints; none by default, as a brace ends in a leg."""
+    """Loads on ends of members at joints."""
     other_ends: dict[str, EndCoefficients] = Field(default={})
     """Those of some joints, by joint."""
     growth: tuple[Growth, ...] = ()
     """Marine growth on all members between heights."""
     water_density: float = Field(default=1025.0, gt=0.0)
     """[kg/m^3; 980 to 1060] density of the water."""
-    piece: float = Field(default=2.0, gt=0.0)
-    """[m; 0.5 to 5] longest piece of a member on which the water acts."""
+    piece: float = Field(default=3.0, gt=0.0)
+    """[m; 0.5 to 5] length of the pieces of members on which the water acts: half of it at still water, and up to 2.5
+    times far below."""
     source: str = ""
 
     def check_fit(self, tower: Tower, foundation: Foundation | None) -> None:

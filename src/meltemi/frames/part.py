@@ -308,18 +308,16 @@ class FramePart(Part):
         """The sea, its loads, those of the ground, and section loads of members."""
         return (*channels_of_group("sea"), *self.loads.channels)
 
-    def derived(self, channels: Sequence[Channel]) -> Derived | None:
+    def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
         """Section loads of members, by a matrix from what the time loop records (F-27)."""
         asked = [channel for channel in channels if channel.source[0] == "frame_section"]
         if not asked:
             return None
-        return Derived(asked, self.basis, self.loads.of_members(asked, self.still))
-
-    @cached_property
-    def basis(self) -> tuple[Channel, ...]:
-        """Channels of ``frame_basis``."""
-        n = len(self.constants["frame_whole"])
-        return tuple(Channel(f"frame_basis_{i}", "", "-", "", "", "", ("frame_basis", "value"), (i,)) for i in range(n))
+        water = next((part.water for part in parts if isinstance(part, FrameSea)), self.constants)["water"]
+        count, wet = len(self.constants["frame_whole"]), 3 * int(View(FrameWater, water)["wet"])
+        used = [*range(wet), *range(3 * len(self.loads.pieces.low), count)]
+        sources = [Channel(f"frame_basis_{i}", "", "-", "", "", "", ("frame_basis", "value"), (i,)) for i in used]
+        return Derived(asked, sources, self.loads.of_members(asked, self.still)[used])
 
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FrameSea:
         """The sea of a run.
