@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.sparse.csgraph
 
 from meltemi.core.errors import PlacedError
 
-if TYPE_CHECKING:
-    from meltemi.frames.definition import Frame
-
+Frame = Any
+"""A record of ``frames.definition``, which imports this module."""
 TOLERANCE = 1e-3
 """[m] joints closer than this are the same."""
 FARTHEST, WIDEST = 2000.0, 30.0
