@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,20 +29,21 @@ Float = NDArray[np.float64]
 GRAVITY = 9.80665
 PLACES = ("start", "middle", "end")
 """Places of the section loads of a member."""
-POINTS = len(SIDES) * 8
 
 
 class Weld(NamedTuple):
     """Welds of a joint, ready for series.
 
     Attributes:
-      joint, factors, curve: joint, stress concentration factors of its braces, and their S-N curve.
+      joint, factors: the joint, and the stress concentration factors of its braces.
+      curve, environment: their S-N curve.
       outside: names of the parameters outside the ranges of validity, by brace.
     """
 
     joint: Joint
     factors: list[Factors]
     curve: Curve
+    environment: Environment
     outside: list[list[str]]
 
     def thickness(self, brace: int, side: int) -> float:
@@ -71,8 +72,9 @@ class JointFatigue(Brief):
     """Fatigue of the joints of a frame.
 
     Attributes:
-      table: a row for each point: joint, brace, end, side, position [deg], curve, damage (of the lifetime, without DFF), life
-        [years] to damage 1, DFF, utilisation (damage times DFF), outside (parameters outside the equations' ranges).
+      table: a row for each point: joint, brace, end, side, position [deg], curve, damage (of the lifetime, without the
+        design fatigue factor DFF), life [years] to damage 1, DFF, utilisation (damage times DFF), outside (parameters
+        outside the ranges of the equations).
       shares: share of each case in the damage of the worst point of each joint; index joint, a column a case.
       markov: cycles of the lifetime at the worst point of each joint [N/m^2].
     """
@@ -106,8 +108,9 @@ def welds_of(frame: Frame, settings: JointSettings) -> list[Weld]:
     for joint in tubular_joints(frame):
         given = parameters_of(joint, settings.alpha)
         f = [factors(p, settings.fixity, settings.chord_bending) for p in given]
-        curve = sn_curve(settings.curve, environment_at(joint.height, settings), settings.edition)
-        welds.append(Weld(joint, f, curve, [outside(p) for p in given]))
+        around = environment_at(joint.height, settings)
+        curve = sn_curve(settings.curve, around, settings.edition)
+        welds.append(Weld(joint, f, curve, around, [outside(p) for p in given]))
     if not welds:
         raise InputError("joints: the frame has no joint at which a tube meets a chord")
     return welds
@@ -129,9 +132,7 @@ def case_damage(weld: Weld, loads: Loads, duration: float, settings: JointSettin
             damage[i, side, k] = weld.curve.damage(rainflow_cycles(x), thickness)
         else:
             spectrum = power_spectrum(x, dt=duration / (len(x) - 1))
-            damage[i, side, k] = spectral_damage(
-                spectrum.frequency, spectrum.density, duration, weld.curve, thickness
-            )
+            damage[i, side, k] = spectral_damage(spectrum.frequency, spectrum.density, duration, weld.curve, thickness)
     return damage
 
 
@@ -178,7 +179,14 @@ def fatigue_tables(
         shares[weld.joint.name] = worst / max(worst.sum(), 1e-300)
         for i, side, k in np.ndindex(total.shape):
             tube, D, dff = weld.joint.braces[i].tube, float(total[i, side, k]), settings.design_fatigue_factor
-            head = (weld.joint.name, tube.member, tube.end, SIDES[side], 45 * k, weld.curve.name)
+            head = (
+                weld.joint.name,
+                tube.member,
+                tube.end,
+                SIDES[side],
+                45 * k,
+                f"{settings.curve}, {weld.environment}",
+            )
             rows.append((*head, D, years / D if D > 0.0 else np.inf, dff, D * dff, ", ".join(weld.outside[i])))
     columns = "joint brace end side position curve damage life DFF utilisation outside".split()
     table = pd.DataFrame(rows, columns=columns)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.frames.definition import Frame, Section
+from meltemi.frames.finite_elements import member_axes
 
 Float = NDArray[np.float64]
 End = Literal["start", "end"]
@@ -89,7 +90,7 @@ class Joint:
     braces: tuple[Brace, ...]
 
     def beside(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-        """(n, n) whether braces lie on the same side of the chord in a plane, each itself included; on opposite sides."""
+        """(n, n) whether braces, each itself included, are on one side of the chord in a plane; on opposite sides."""
         directions = np.array([brace.radial for brace in self.braces])
         across = directions @ directions.T
         return across > IN_PLANE, across < -IN_PLANE
@@ -100,16 +101,6 @@ class Joint:
         return abs(a.place - b.place) - a.half - b.half
 
 
-def member_axes(first: Float, last: Float, spin: float = 0.0) -> Float:
-    """Axes x, y, z of a member as rows: x horizontal, z from its first joint to its last; upright: inertial axes."""
-    d = last - first
-    z = d / np.linalg.norm(d)
-    across = np.hypot(*d[:2])
-    x = np.array([1.0, 0.0, 0.0]) if across < 1e-9 * abs(d[2]) else np.array([d[1], -d[0], 0.0]) / across
-    y = np.cross(z, x)
-    return np.array([np.cos(spin) * x + np.sin(spin) * y, np.cos(spin) * y - np.sin(spin) * x, z])
-
-
 def tubes_at(frame: Frame) -> dict[str, list[Tube]]:
     """Ends of tubular members by joint."""
     ends: dict[str, list[Tube]] = {name: [] for name in frame.joints}
@@ -117,7 +108,7 @@ def tubes_at(frame: Frame) -> dict[str, list[Tube]]:
         if member.kind != "beam" or frame.sections[member.section].kind != "tube":
             continue
         a, b = (np.asarray(frame.joints[joint]) for joint in member.joints)
-        axes, length = member_axes(a, b, member.spin), float(np.linalg.norm(b - a))
+        axes, length = member_axes(b - a, member.spin).T, float(np.linalg.norm(b - a))
         sections = (member.section, member.end_section or member.section)
         sides: tuple[tuple[End, float], ...] = (("start", 1.0), ("end", -1.0))
         for joint, section, (end, sign) in zip(member.joints, sections, sides, strict=True):
@@ -160,4 +151,3 @@ def tubular_joints(frame: Frame) -> tuple[Joint, ...]:
             height = float(frame.joints[name][2])
             joints.append(Joint(name, height, chord, c, D, T, L, tuple(braces)))
     return tuple(joints)
-

@@ -28,8 +28,8 @@ def classes(joint: Joint, loads: Loads, how: Classification) -> Float:
     """Shares of K, X and T/Y of each brace's axial load, (n, 3, T), or (n, 3, 1) by geometry (F-59).
 
     By load path, the components of the axial forces normal to the chord are balanced in each plane and at each instant:
-    K with braces on the same side, X with those on the other side, T/Y by shear of the chord. By geometry: K with a brace
-    beside it, otherwise X with one opposite to it, otherwise T/Y.
+    K with braces on the same side, X with those on the other side, T/Y by shear of the chord. By geometry: K with a
+    brace beside it, otherwise X with one opposite to it, otherwise T/Y.
     """
     same, opposite = joint.beside()
     if how == "geometry":
@@ -63,8 +63,8 @@ def loads_of(tube: Tube, loads: Loads) -> Float:
 def weld_stresses(joint: Joint, brace: Brace, loads: Loads) -> Float:
     """Nominal stresses (T, 3) of a brace at its weld: axial, and in-plane and out-of-plane bending (F-58).
 
-    In-plane bending is positive at the crown along the chord's axis, out-of-plane bending at the saddle a right angle on,
-    by the right-hand rule about the brace's direction. Moments are those where its axis meets the chord's surface.
+    In-plane bending is positive at the crown along the chord's axis, out-of-plane bending at the saddle a right angle
+    on, by the right-hand rule about the brace's direction. Moments are those where its axis meets the chord's surface.
     """
     tube, p = brace.tube, profile(brace.tube.section)
     F, M = (loads_of(tube, loads)[:, k : k + 3] for k in (0, 3))
@@ -78,7 +78,7 @@ def weld_stresses(joint: Joint, brace: Brace, loads: Loads) -> Float:
 
 
 def chord_bending(joint: Joint, brace: Brace, loads: Loads) -> Float:
-    """Bending stresses (T, 2) of the chord's surface below a brace, on both sides of the joint along its axis (F-60)."""
+    """Bending stresses (T, 2) of the chord's surface below a brace, ahead of and behind the joint (F-60)."""
     stresses = []
     for tube in (joint.chord[0], joint.chord[-1]):
         e, M = tube.axes @ brace.radial, loads_of(tube, loads)[:, 3:5]
@@ -110,7 +110,10 @@ def hot_spots(
         axial, in_plane, out_of_plane = weld_stresses(joint, brace, loads).T
         mixed = np.einsum("kij,kt->ijt", f.axial, share)  # side, crown or saddle, instant
         around = near[:, None] * mixed[:, None, 0] + (1.0 - near)[:, None] * mixed[:, None, 1]
-        bent = f.bending[:, 0, None, None] * c[:, None] * in_plane + f.bending[:, 1, None, None] * s[:, None] * out_of_plane
+        bent = (
+            f.bending[:, 0, None, None] * c[:, None] * in_plane
+            + f.bending[:, 1, None, None] * s[:, None] * out_of_plane
+        )
         stress = around * axial + bent
         if bending:
             ahead, behind = chord_bending(joint, brace, loads).T

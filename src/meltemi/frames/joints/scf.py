@@ -57,7 +57,12 @@ class Parameters(NamedTuple):
 
 
 class Factors(NamedTuple):
-    """Factors of a brace: axial (class K, X, T/Y; chord, brace; crown, saddle), bending (chord, brace; in, out of plane)."""
+    """Factors of a brace.
+
+    Attributes:
+      axial: (3, 2, 2) by class K, X, T/Y, side chord, brace, and crown, saddle.
+      bending: (2, 2) by side, and in plane, out of plane.
+    """
 
     axial: Float
     bending: Float
@@ -78,9 +83,7 @@ def parameters_of(joint: Joint, alpha: float | None = None) -> list[Parameters]:
             sines = max(map(sin, thetas)) / min(map(sin, thetas))
             both = max(thetas) + min(thetas)
             near = (*sizes[nearest], gaps[nearest])
-            p = p._replace(
-                zeta=max(gaps.values()), near=near, sines=sines, betas=max(betas) / min(betas), both=both
-            )
+            p = p._replace(zeta=max(gaps.values()), near=near, sines=sines, betas=max(betas) / min(betas), both=both)
         given.append(p)
     return given
 
@@ -132,7 +135,9 @@ def efthymiou(p: Parameters, C: float, bending: ChordBending) -> Factors:
         k1 *= 1.64 + 0.29 * b**-0.38 * atan(8.0 * p.zeta)
         k2 = 1.0 + k1 * (1.97 - 1.57 * b**0.25) * t**-0.14 * s**0.7
         if p.near[3] < 0.0:  # overlapping: C = 1, the larger of the two braces' values
-            k2 += b**1.5 * sqrt(g) * t**-1.22 * abs(sin(p.both)) ** 1.8 * (0.131 - 0.084 * atan(14.0 * p.zeta + 4.2 * b))
+            k2 += (
+                b**1.5 * sqrt(g) * t**-1.22 * abs(sin(p.both)) ** 1.8 * (0.131 - 0.084 * atan(14.0 * p.zeta + 4.2 * b))
+            )
             inside *= max(0.9 + 0.4 * b, 1.0)
         k = [[k1, k1], [k2, k2]]
         chord = max(chord, f4 * _k4(p))

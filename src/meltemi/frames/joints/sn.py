@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import cache
 from math import inf, log10
 from pathlib import Path
-from typing import Literal, NamedTuple, Self
+from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,7 @@ from pydantic import Field, model_validator
 
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.record import Record
-from meltemi.core.yamlfile import read_record
+from meltemi.core.yamlfile import read_mapping, read_record, validated
 from meltemi.postprocess.cycles import Cycles
 
 Float = NDArray[np.float64]
@@ -26,108 +26,73 @@ Spectral = Literal["dirlik", "narrow_band"]
 MPA = 1e6
 COMMON, PLAUSIBLE = 2e6, (20.0, 400.0)
 """Cycles at which the strength [MPa] of a welded detail lies within these bounds."""
+MEET = 0.005
+"""Largest jump of the logarithm of the range at the knee."""
 FILE = Path(__file__).with_name("sn_curves.yaml")
 
 
-class Line(Record):
-    """One or two straight lines of an S-N curve in logarithms."""
+class Curve(Record):
+    """An S-N curve of one or two straight lines in logarithms, in MPa."""
 
-    slopes: tuple[float, ...] = Field(min_length=1, max_length=2)
-    """Slopes m."""
+    m: tuple[float, ...] = Field(min_length=1, max_length=2)
+    """Slopes."""
     log_a: tuple[float, ...]
     """Common logarithms of the cycles at a range of 1 MPa."""
     knee: float = Field(default=inf, gt=1.0)
     """[cycles] where the second line begins."""
-    thickness_exponent: float | None = Field(default=None, ge=0.0, le=0.5)
-    """Exponent of the effect of thickness; by default that of the detail."""
+    exponent: float = Field(default=0.0, ge=0.0, le=0.5)
+    """Exponent of the effect of thickness."""
+    reference: float = Field(default=0.025, gt=0.0, lt=0.2)
+    """[m; 0.016 to 0.025] thickness above which strength decreases."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if len(self.log_a) != len(self.slopes) or (len(self.slopes) == 2) != (self.knee < inf):
+        if len(self.log_a) != len(self.m) or (len(self.m) == 2) != (self.knee < inf):
             raise ValueError("each slope needs its log_a, and two slopes need a knee")
-        strength = self.range_at(min(COMMON, self.knee))
-        if not PLAUSIBLE[0] <= strength <= PLAUSIBLE[1]:
+        cycles = min(COMMON, self.knee)
+        strengths = [10.0 ** ((a - log10(cycles)) / m) for a, m in zip(self.log_a, self.m, strict=True)]
+        if not PLAUSIBLE[0] <= strengths[0] <= PLAUSIBLE[1]:
             raise ValueError(
-                f"log_a gives a strength of {strength:.3g} MPa at {min(COMMON, self.knee):.2g} cycles, expected 20 to 400: "
+                f"log_a gives a strength of {strengths[0]:.3g} MPa at {cycles:.2g} cycles, expected 20 to 400: "
                 "is it in Pa or ksi? It is in MPa"
             )
-        if len(self.slopes) == 2:
-            other = (self.log_a[1] - log10(self.knee)) / self.slopes[1]
-            if abs(other - log10(self.range_at(self.knee))) > 0.005:
-                raise ValueError("the two lines do not meet at the knee")
+        at_knee = [(a - log10(self.knee)) / m for a, m in zip(self.log_a, self.m, strict=True)]
+        if abs(at_knee[-1] - at_knee[0]) > MEET:
+            raise ValueError("the two lines do not meet at the knee")
         return self
-
-    def range_at(self, cycles: float) -> float:
-        """[MPa] range at a number of cycles on the first line."""
-        return float(10.0 ** ((self.log_a[0] - log10(cycles)) / self.slopes[0]))
-
-
-class Detail(Record):
-    """S-N curves of a detail in air, in sea water with cathodic protection, and in free corrosion."""
-
-    thickness_exponent: float = Field(default=0.0, ge=0.0, le=0.5)
-    """Exponent of the effect of thickness."""
-    reference_thickness: float | None = Field(default=None, gt=0.0, lt=0.2)
-    """[m; 0.016 to 0.025] thickness above which strength decreases; by default that of the edition."""
-    air: Line | None = None
-    cathodic: Line | None = None
-    free: Line | None = None
-
-
-class Edition(Record):
-    """S-N curves of one source."""
-
-    source: str
-    """Standard, edition and table."""
-    unit: str
-    """Unit of ranges: MPa."""
-    reference_thickness: float = Field(default=0.025, gt=0.0, lt=0.2)
-    """[m; 0.016 to 0.025] thickness above which strength decreases."""
-    curves: dict[str, Detail]
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.unit != "MPa":
-            raise ValueError(f"unit {self.unit!r}: expected MPa; convert log_a by adding slope times log10(MPa per unit)")
-        return self
-
-
-class Editions(Record):
-    """Sources of S-N curves by edition."""
-
-    editions: dict[str, Edition]
-
-
-class Curve(NamedTuple):
-    """An S-N curve: ranges in MPa, thickness in m."""
-
-    name: str
-    source: str
-    line: Line
-    exponent: float
-    reference: float
-
-    def factor(self, thickness: float | None) -> float:
-        """Factor of the ranges for the thickness [m] (F-62)."""
-        return max((thickness or 0.0) / self.reference, 1.0) ** self.exponent
 
     def rate(self, ranges: Float, thickness: float | None = None) -> Float:
-        """Damage of one cycle of each range [N/m^2] (F-62)."""
-        S = np.maximum(np.asarray(ranges) * (self.factor(thickness) / MPA), 1e-12)
-        damage = S ** self.line.slopes[0] * 10.0 ** -self.line.log_a[0]
-        if len(self.line.slopes) == 2:
-            damage = np.where(damage * self.line.knee >= 1.0, damage, S ** self.line.slopes[1] * 10.0 ** -self.line.log_a[1])
-        return damage
+        """Damage of one cycle of each range [N/m^2] at a wall of a thickness [m] (F-62)."""
+        thick = max((thickness or 0.0) / self.reference, 1.0) ** self.exponent
+        S = np.maximum(np.asarray(ranges) * (thick / MPA), 1e-12)
+        lines = [S**m * 10.0**-a for a, m in zip(self.log_a, self.m, strict=True)]
+        return lines[0] if len(lines) == 1 else np.where(lines[0] * self.knee >= 1.0, *lines)
 
     def damage(self, cycles: Cycles, thickness: float | None = None) -> float:
         """Damage of cycles with ranges in N/m^2 (F-63)."""
         return float(cycles.counts @ self.rate(cycles.ranges, thickness))
 
 
+class Source(Record):
+    """S-N curves of a standard, by detail and environment."""
+
+    source: str
+    """Standard, edition and table."""
+    unit: str
+    """Unit of ranges: MPa."""
+    curves: dict[str, dict[Environment, Curve]]
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if self.unit != "MPa":
+            raise ValueError(f"unit {self.unit!r}: expected MPa; add m times log10(MPa per unit) to log_a")
+        return self
+
+
 @cache
-def editions() -> dict[str, Edition]:
+def editions() -> dict[str, Source]:
     """Editions that come with the package."""
-    return read_record(FILE, Editions).editions
+    return {name: validated(data, Source, f"{FILE}: {name}") for name, data in read_mapping(FILE).items()}
 
 
 def sn_curve(name: str = "T", environment: Environment = "cathodic", edition: str = "2016") -> Curve:
@@ -143,18 +108,16 @@ def sn_curve(name: str = "T", environment: Environment = "cathodic", edition: st
     """
     known = editions()
     if edition not in known and not edition.endswith((".yaml", ".yml")):
-        raise InputError(f"S-N curve: no edition {edition!r}: {did_you_mean(edition, known)}, or the path of a YAML file")
-    given = known[edition] if edition in known else read_record(edition, Edition)
+        raise InputError(
+            f"S-N curve: no edition {edition!r}: {did_you_mean(edition, known)}, or the path of a YAML file"
+        )
+    given = known[edition] if edition in known else read_record(edition, Source)
     if name not in given.curves:
         raise InputError(f"S-N curve: {given.source} has no curve {name!r}: {did_you_mean(name, given.curves)}")
-    detail = given.curves[name]
-    line = getattr(detail, environment, None)
-    if line is None:
-        have = [each for each in ("air", "cathodic", "free") if getattr(detail, each) is not None]
-        raise InputError(f"S-N curve {name}: not for {environment!r}; {given.source} has {', '.join(have)}")
-    exponent = detail.thickness_exponent if line.thickness_exponent is None else line.thickness_exponent
-    reference = detail.reference_thickness or given.reference_thickness
-    return Curve(f"{name}, {environment}", given.source, line, exponent, reference)
+    if environment not in given.curves[name]:
+        have = ", ".join(given.curves[name])
+        raise InputError(f"S-N curve {name}: not for {environment!r}; {given.source} has {have}")
+    return given.curves[name][environment]
 
 
 def spectral_damage(

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.frames.definition import Section
+from meltemi.frames.finite_elements import properties
 
 Float = NDArray[np.float64]
 
@@ -42,24 +43,22 @@ def profile(section: Section) -> Profile:
     Raises:
       InputError: the section is general, without an outline.
     """
+    g, t = properties(section, section, 0.0), section.thickness
     c, s = np.cos(ANGLES), np.sin(ANGLES)
-    if section.kind == "tube" and section.diameter is not None:
-        R = 0.5 * section.diameter
-        r = R - (R if section.thickness is None else section.thickness)
-        A, J = np.pi * (R**2 - r**2), 0.25 * np.pi * (R**4 - r**4)
-        shear = 4.0 / 3.0 * (R**2 + R * r + r**2) / (R**2 + r**2) / A
-        return Profile(R * c, R * s, A, J, J, np.full(2, shear), R / (2.0 * J))
+    if section.kind == "tube":
+        R = 0.5 * g.breadth
+        r = float(np.sqrt(g.hole / np.pi))
+        shear = 4.0 / 3.0 * (R**2 + R * r + r**2) / (R**2 + r**2) / g.area
+        return Profile(R * c, R * s, g.area, g.inertia_x, g.inertia_y, np.full(2, shear), R / g.torsion)
     if section.kind == "rectangle" and section.width is not None and section.height is not None:
-        w, h, t = section.width, section.height, section.thickness
+        w, h = section.width, section.height
         wi, hi = (0.0, 0.0) if t is None else (w - 2.0 * t, h - 2.0 * t)
-        Ix, Iy = (w * h**3 - wi * hi**3) / 12.0, (h * w**3 - hi * wi**3) / 12.0
         halves = np.array([h * w**2 - hi * wi**2, w * h**2 - wi * hi**2]) / 8.0
-        across = np.array([h - hi, w - wi])
+        shear = halves / np.array([g.inertia_y, g.inertia_x]) / np.array([h - hi, w - wi])
         a, b = max(w, h), min(w, h)
         torsion = (3.0 * a + 1.8 * b) / (a * b) ** 2 if t is None else 1.0 / (2.0 * t * (w - t) * (h - t))
-        scale = np.maximum(np.abs(c), np.abs(s))
-        x, y = (0.5 * side * np.round(each / scale, 12) for side, each in ((w, c), (h, s)))
-        return Profile(x, y, w * h - wi * hi, Ix, Iy, halves / np.array([Iy, Ix]) / across, torsion)
+        x, y = (0.5 * side * np.round(each / np.maximum(np.abs(c), np.abs(s)), 12) for side, each in ((w, c), (h, s)))
+        return Profile(x, y, g.area, g.inertia_x, g.inertia_y, shear, torsion)
     raise InputError("stress: a general section has no outline; give a tube or a rectangle")
 
 

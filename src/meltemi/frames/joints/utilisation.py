@@ -1,7 +1,7 @@
 """Utilisation of tubular members by NORSOK N-004 (6.3) or ISO 19902:2007 (13.2 to 13.4) (F-66 to F-69).
 
-Loads are design loads, with their partial safety factors. Which formulas were checked against public code, and which are
-from memory, is in docs/theory/frames.md.
+Loads are design loads, with their partial safety factors. docs/theory/frames.md says which formulas were checked, and
+which are from memory.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def strengths(section: Section, length: float, yield_stress: float, k: float = 1
     return Strengths(fcl, fc, fm, fh, fcle, fE, fhe, lam)
 
 
-def member_checks(
+def member_checks(  # noqa: PLR0913 - the factors of the standards by name
     loads: Float,
     section: Section,
     length: float,
@@ -123,7 +123,11 @@ def member_checks(
     Raises:
       InputError: see :func:`strengths`.
     """
-    iso, s, p = standard == "ISO 19902", strengths(section, length, yield_stress, k, standard == "ISO 19902"), profile(section)
+    iso, s, p = (
+        standard == "ISO 19902",
+        strengths(section, length, yield_stress, k, standard == "ISO 19902"),
+        profile(section),
+    )
     fy, D, t = yield_stress, float(section.diameter or 0.0), float(section.thickness or 0.0)
     sp = pressure * D / (2.0 * t)
     sq = 0.5 * sp
@@ -146,7 +150,9 @@ def member_checks(
     fch = column_strength(s, sq, iso)
     shear = gv * sqrt(3.0) / fy * np.hypot(loads[:, 0], loads[:, 1]) * 2.0 / p.area
     local, half = sm - net - 0.5 * s.elastic_hoop / gh, s.elastic_local / gc - 0.5 * s.elastic_hoop / gh
-    buckled = np.where((local > 0.0) & (half > 0.0), local / np.where(half > 0.0, half, 1.0) + (gh * sp / s.elastic_hoop) ** 2, 0.0)
+    buckled = np.where(
+        (local > 0.0) & (half > 0.0), local / np.where(half > 0.0, half, 1.0) + (gh * sp / s.elastic_hoop) ** 2, 0.0
+    )
     ratios = [
         np.where(net >= 0.0, axial + bent, 0.0),
         np.where(pressed > 0.0, gc * pressed / fch + amplified * bent, 0.0),
