@@ -122,9 +122,8 @@ def stresses_of(weld: Weld, loads: Loads, settings: JointSettings) -> Float:
     return hot_spots(weld.joint, weld.factors, loads, settings.classification, bending=bending)
 
 
-def case_damage(weld: Weld, loads: Loads, duration: float, settings: JointSettings) -> Float:
-    """Damage (n, 2, 8) of a joint's welds by one series of a duration [s]."""
-    stresses = stresses_of(weld, loads, settings)
+def case_damage(weld: Weld, stresses: Float, duration: float, settings: JointSettings) -> Float:
+    """Damage (n, 2, 8) of a joint's welds by hot-spot stresses (n, 2, 8, T) of a duration [s]."""
     damage = np.zeros(stresses.shape[:3])
     for i, side, k in np.ndindex(damage.shape):
         x, thickness = stresses[i, side, k], weld.thickness(i, side)
@@ -151,7 +150,7 @@ def joint_fatigue(
     repeated = np.array([case.hours * 3600.0 / case.duration for case in cases])
     damage, markov = {}, {}
     for weld in welds:
-        single = np.array([case_damage(weld, case.loads, case.duration, s) for case in cases])
+        single = np.array([case_damage(weld, stresses_of(weld, case.loads, s), case.duration, s) for case in cases])
         damage[weld.joint.name] = repeated[:, None, None, None] * single
         total = damage[weld.joint.name].sum(axis=0)
         worst = np.unravel_index(int(total.argmax()), total.shape)
