@@ -34,7 +34,7 @@ def small_plan(rows: Sequence[str] = ("1.1", "1.2", "1.3", "4.1", "6.2", "6.4"),
     changes = {"without": sorted(load_table(settings.get("edition", 4)).rows.keys() - {*rows})} | settings.pop(
         "changes", {}
     )
-    return plan(make_campaign("nrel5mw", "IB", changes=changes, **given | settings))
+    return plan(make_campaign(settings.pop("turbine", "nrel5mw"), "IB", changes=changes, **given | settings))
 
 
 def waves(case: PlannedCase, time: NDArray[np.float64]) -> dict[str, Any]:
