@@ -1,4 +1,4 @@
-"""Damage of the welds of joints over a lifetime, and the largest utilisations of members (F-59 to F-69)."""
+"""Damage of the welds of joints over a lifetime, and the largest utilisations of members (F-58 to F-69)."""
 
 from __future__ import annotations
 
@@ -174,7 +174,7 @@ def fatigue_tables(
     for weld in welds:
         of_cases = damage[weld.joint.name]
         total = of_cases.sum(axis=0)
-        worst = of_cases[(slice(None), *np.unravel_index(int(total.argmax()), total.shape))]
+        worst = of_cases.reshape(len(of_cases), -1)[:, int(total.argmax())]
         shares[weld.joint.name] = worst / max(worst.sum(), 1e-300)
         for i, side, k in np.ndindex(total.shape):
             tube, D, dff = weld.joint.braces[i].tube, float(total[i, side, k]), settings.design_fatigue_factor

@@ -124,7 +124,7 @@ def chord_of(tubes: list[Tube]) -> tuple[Tube, ...]:
     def size(pair: tuple[Tube, ...]) -> tuple[float, float]:
         return min(t.diameter for t in pair), min(t.thickness for t in pair)
 
-    pairs = [pair for pair in combinations(tubes, 2) if pair[0].direction @ pair[1].direction < -IN_LINE]
+    pairs: list[tuple[Tube, ...]] = [(a, b) for a, b in combinations(tubes, 2) if a.direction @ b.direction < -IN_LINE]
     return max(pairs or [(tube,) for tube in tubes], key=size)
 
 

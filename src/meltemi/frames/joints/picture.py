@@ -33,27 +33,31 @@ def plot_joint_damage(frame: Frame, damage: Mapping[str, float], utilisation: Ma
 
     colours = LinearSegmentedColormap.from_list("growing", [FAINT, *GROWING[1:], INK])
     largest = max([*damage.values(), 1e-12])
-    of_damage = ScalarMappable(LogNorm(largest / 10.0**DECADES, largest), colours)
-    of_use = ScalarMappable(Normalize(0.0, max([*utilisation.values(), 1.0])), colours)
+    of_damage = LogNorm(largest / 10.0**DECADES, largest, clip=True)
+    of_use = Normalize(0.0, max([*utilisation.values(), 1.0]))
     figure = ShownFigure(figsize=(9.0, 6.0), layout="constrained")
     axes = [figure.add_subplot(1, 2, k + 1) for k in range(2)]
     for ax, (i, label, title) in zip(axes, VIEWS, strict=True):
         for name, member in frame.members.items():
             ends = np.array([frame.joints[joint] for joint in member.joints])
             known = name in utilisation
-            colour = of_use.to_rgba(utilisation[name]) if known else FAINT
+            colour = colours(of_use(utilisation[name])) if known else FAINT
             ax.plot(ends[:, i], ends[:, 2], color=colour, linewidth=2.5 if known else 1.0, solid_capstyle="round")
         for joint, value in sorted(damage.items(), key=lambda each: each[1]):
-            place = frame.joints[joint]
-            colour = of_damage.to_rgba(max(value, largest / 10.0**DECADES))
-            ax.plot(place[i], place[2], "o", color=colour, markeredgecolor=INK, markersize=6.0)
+            x, z = frame.joints[joint][[i, 2]]
+            ax.plot(x, z, "o", color=colours(of_damage(value)), markeredgecolor=INK, markersize=6.0)
         ax.axhline(0.0, color=FAINT, linestyle="--", linewidth=0.8)
         ax.set_aspect("equal")
         ax.set_xlabel(label)
         ax.set_title(title)
     axes[0].set_ylabel("height above mean sea level [m]")
     if utilisation:
-        figure.colorbar(of_use, ax=axes, shrink=0.6, label="members: utilisation [-]")
+        figure.colorbar(ScalarMappable(of_use, colours), ax=axes, shrink=0.6, label="members: utilisation [-]")
     if damage:
-        figure.colorbar(of_damage, ax=axes, shrink=0.6, label="joints: damage in the lifetime times DFF [-]")
+        figure.colorbar(
+            ScalarMappable(of_damage, colours),
+            ax=axes,
+            shrink=0.6,
+            label="joints: damage in the lifetime times DFF [-]",
+        )
     return figure

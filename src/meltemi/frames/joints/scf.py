@@ -1,4 +1,4 @@
-"""Stress concentration factors of tubular joints by Efthymiou's equations (F-53 to F-58).
+"""Stress concentration factors of tubular joints by Efthymiou's equations (F-53 to F-57).
 
 Source: Efthymiou (1988), Development of SCF formulae and generalised influence functions, OTH 88, as in appendix B of
 DNV-RP-C203. What was checked against which public code is in docs/theory/frames.md.
@@ -96,7 +96,8 @@ def outside(p: Parameters) -> list[str]:
 
 def at_limits(p: Parameters) -> Parameters:
     """Parameters with those outside their range of validity at its limits."""
-    q = p._replace(**{name: float(np.clip(getattr(p, name), *ends)) for name, ends in LIMITS.items()})
+    beta, tau, gamma, alpha, theta = (float(np.clip(getattr(p, name), *ends)) for name, ends in LIMITS.items())
+    q = p._replace(beta=beta, tau=tau, gamma=gamma, alpha=alpha, theta=theta)
     return q._replace(zeta=float(np.clip(p.zeta, -0.6 * q.beta / sin(q.theta), 1.0)))
 
 

@@ -123,11 +123,8 @@ def member_checks(  # noqa: PLR0913 - the factors of the standards by name
     Raises:
       InputError: see :func:`strengths`.
     """
-    iso, s, p = (
-        standard == "ISO 19902",
-        strengths(section, length, yield_stress, k, standard == "ISO 19902"),
-        profile(section),
-    )
+    iso = standard == "ISO 19902"
+    s, p = strengths(section, length, yield_stress, k, iso), profile(section)
     fy, D, t = yield_stress, float(section.diameter or 0.0), float(section.thickness or 0.0)
     sp = pressure * D / (2.0 * t)
     sq = 0.5 * sp
@@ -135,9 +132,8 @@ def member_checks(  # noqa: PLR0913 - the factors of the standards by name
     outer = 0.5 * D / p.inertia_x
     sm = np.hypot(loads[:, 3], loads[:, 4]) * outer
     pressed = np.maximum(-net - sq, 0.0)  # axial compression without the pressure on the ends
-    gt, gc, gb, gv, gh = (np.float64(ISO[name]) for name in ISO)
-    if not iso:
-        gt = gc = gb = gv = gh = material_factor(s, fy, np.maximum(sm - net, 0.0), sp)
+    factor = material_factor(s, fy, np.maximum(sm - net, 0.0), sp)
+    gt, gc, gb, gv, gh = (np.asarray(ISO[name] if iso else factor) for name in ISO)
     B = np.minimum(gh * sp / s.hoop, 1.0)
     eta = 5.0 - 4.0 * s.hoop / fy
     left = np.sqrt(np.maximum(1.0 + 0.09 * B**2 - B ** (2.0 * eta), 0.0)) - 0.3 * B

@@ -116,11 +116,11 @@ def jobs_of(plan: Plan) -> list[Job]:
     known: dict[str, str] = {}
     jobs = []
     if (settings := joint_settings(plan.campaign)) is not None:
-        frame_of(load_turbine(plan.campaign.turbine))
+        frame_of(aeroelastic(load_turbine(plan.campaign.turbine), "joints"))
     for case in plan.cases:
         if not case.unsupported:
             content, cycles = case.content, case.type == "fatigue"
-            joints = settings and {"settings": settings.content(), "factor": case.factor}
+            joints = None if settings is None else {"settings": settings.content(), "factor": case.factor}
             jobs.append(Job(case.name, case_key(content, cycles, known, joints=joints), content, cycles, joints=joints))
     return jobs
 

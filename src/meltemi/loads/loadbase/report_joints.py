@@ -25,6 +25,7 @@ from meltemi.loads.loadbase.plan import Plan
 from meltemi.postprocess.cycles import Cycles, Float, markov_matrix, sum_cycles
 from meltemi.reports.blocks import Block, CaseName, Cell, Picture, Table
 from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -57,7 +58,7 @@ def joint_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> J
     """
     if (s := joint_settings(plan.campaign)) is None:
         return None
-    frame = frame_of(load_turbine(plan.campaign.turbine))
+    frame = frame_of(aeroelastic(load_turbine(plan.campaign.turbine), "joints"))
     results = read_results(plan, folder, doubtful=doubtful)
     repetitions, cases = shared_repetitions(results), {case.name: case for case in results.present}
     conditions = list(dict.fromkeys(f"{c.dlc}, {c.variant.speed:g} m/s" for c in results.present if c.weight))
