@@ -1,4 +1,4 @@
-"""The pieces of members on which water acts, their coefficients, and the loads of still water.
+"""The pieces of members on which water acts, their coefficients, and the liquid inside of members.
 
 Reference: docs/theory/frames.md (F-35 to F-42); Morison et al. (1950).
 """
@@ -14,15 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
+from meltemi.frames.finite_elements import Assembly
 
 Float = NDArray[np.float64]
 NEAR, LONG, GROWTH = 0.5, 2.5, 0.15
 """Length of pieces at still water and that of the longest over ``frame.piece``, and their growth with depth."""
+NOWHERE = -1
 
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces (P,) of members and ends of members, from the lowest up; loads are those of a piece that is fully wet.
+    """Pieces (P,) of members, and their ends at joints, from the lowest up; loads are those of one that is fully wet.
 
     Attributes:
       place, axis: (P, 3) [m] middle, and direction of the member.
@@ -30,9 +32,11 @@ class Pieces:
       drag, plate: [kg/m] drag across and along the member over velocity squared.
       added, along: [kg] added mass across and along.
       inertial: [kg] mass that the acceleration of the water pushes across; along it is ``along``.
-      area: [m^2] area on which the pressure of the waves acts along the axis.
+      volume: [m^3] displaced volume, of which the pressure on the side lifts the piece across the member.
+      area, still_area: [m^2] area on which the pressure of waves, and that of still water, act along the axis.
       radius: [m] radius of an upright cylinder that diffracts the waves, or 0.
-      first, last, share: nodes of the finite elements that carry the piece, and the share of the last.
+      element, fraction: finite element that carries it, and the place there; -1 at a joint.
+      node: node of the joint that carries it, or -1.
     """
 
     place: Float
@@ -44,24 +48,29 @@ class Pieces:
     added: Float
     along: Float
     inertial: Float
+    volume: Float
     area: Float
+    still_area: Float
     radius: Float
-    first: NDArray[np.int64]
-    last: NDArray[np.int64]
-    share: Float
+    element: NDArray[np.int64]
+    fraction: Float
+    node: NDArray[np.int64]
 
-    def between(self, values: Float) -> Float:
-        """(..., P, c) values at the pieces from those (..., n, c) at the nodes."""
-        s = self.share[:, None]
-        result: Float = (1.0 - s) * values[..., self.first, :] + s * values[..., self.last, :]
+    def ends(self, assembly: Assembly) -> Float:
+        """(P, 3, 12) displacement of the pieces by those of the ends of their elements, 0 at joints."""
+        shapes = np.zeros((len(self.low), 3, 12))
+        some = self.element != NOWHERE
+        shapes[some] = assembly.elements.at(self.element[some], self.fraction[some])[:, :3]
+        return shapes
+
+    def moved(self, assembly: Assembly, below: Float) -> Float:
+        """(k, P, 3) displacement of the pieces by that of the nodes (k, n, 6)."""
+        nodes = assembly.elements.nodes[self.element]
+        at = below[:, nodes].reshape(len(below), len(self.low), 12)
+        result: Float = np.einsum("pij,kpj->kpi", self.ends(assembly), at)
+        joints = self.node != NOWHERE
+        result[:, joints] = below[:, self.node[joints], :3]
         return result
-
-    def at_nodes(self, forces: Float, n: int) -> Float:
-        """(n, 3) forces at the nodes from those (P, 3) on the pieces."""
-        total = np.zeros((n, 3))
-        for node, share in ((self.first, 1.0 - self.share), (self.last, self.share)):
-            np.add.at(total, node, share[:, None] * forces)
-        return total
 
 
 def grown(frame: Frame, z: float) -> float:
@@ -111,63 +120,68 @@ def beams(frame: Frame) -> Iterator[tuple[str, Member, Float, Float, Callable[[f
             yield name, member, a, b, lambda s, first=first, last=last: first + s * (last - first)  # type: ignore[misc]
 
 
-def pieces(frame: Frame, nodes: dict[str, NDArray[np.int64]]) -> Pieces:
-    """The pieces of a frame above the sea bed (F-35).
-
-    Args:
-      nodes: nodes of the finite elements of each member, from its first joint to its second.
-    """
+def pieces(assembly: Assembly) -> Pieces:
+    """The pieces of a frame above the sea bed (F-35)."""
+    frame = assembly.frame
     rows: list[dict[str, Any]] = []
-    rho = frame.water_density
-    outward: dict[str, list[tuple[Float, float, int]]] = {}
+    ends: dict[str, list[End]] = {}
     for name, member, a, b, diameter in beams(frame):
-        axis, length = (b - a) / np.linalg.norm(b - a), float(np.linalg.norm(b - a))
-        c, n = coefficients_of(frame, member), len(nodes[name]) - 1
-        edges = edges_of(frame, a, b, n)
-        before: float | None = None
-        for s, e in pairwise(edges):
-            (x, y), middle = (a + s * (b - a), a + e * (b - a)), a + 0.5 * (s + e) * (b - a)
-            if middle[2] < -frame.depth:
-                before = None
-                continue
-            growth = grown(frame, middle[2])
-            D, size = diameter(0.5 * (s + e)) + 2.0 * growth, (e - s) * length
-            drag, Ca, Cp = (_under(c, kind, growth) for kind in ("drag", "added_mass", "pressure"))
-            section = 0.25 * np.pi * D**2
-            outer = 0.25 * np.pi * (np.array([diameter(s), diameter(e)]) + 2.0 * growth) ** 2
-            volume = 0.0 if member.potential_flow else rho * section * size
-            thick = c.diffraction == "maccamy_fuchs"
-            node, share = divmod(0.5 * (s + e) * n, 1.0)
-            carried = {"first": nodes[name][int(node)], "last": nodes[name][int(node) + 1], "share": share}
-            row = {
-                "place": middle,
-                "axis": axis,
-                "low": min(x[2], y[2]),
-                "high": max(x[2], y[2]),
-                "drag": 0.5 * rho * drag * D * size,
-                "added": Ca * volume,
-                "inertial": (2.0 if thick else Ca + Cp) * volume,
-                "area": outer[1] - outer[0] if volume else 0.0,
-                "radius": 0.5 * D if thick and volume else 0.0,
-            }
-            rows.append(row | carried)
-            if before is not None and volume and abs(outer[0] - before) > 1e-9:  # the edge of growth is a ring
-                ring = {"place": x, "axis": axis, "low": x[2], "high": x[2], "area": outer[0] - before}
-                where, share = divmod(s * n, 1.0)
-                where, share = (where, share) if where < n else (n - 1, 1.0)
-                at = {"first": nodes[name][int(where)], "last": nodes[name][int(where) + 1], "share": share}
-                rows.append(ring | at)
-            before = outer[1]
-        if not member.potential_flow:
-            for joint, sign, s, node in ((0, -1.0, 0.0, 0), (1, 1.0, 1.0, -1)):
-                end = frame.joints[member.joints[joint]]
-                if end[2] > -frame.depth + 1e-6:
-                    radius = 0.5 * diameter(s)
-                    outward.setdefault(member.joints[joint], []).append((sign * axis, radius, nodes[name][node]))
-    rows += list(_ends(frame, outward))
+        axis = (b - a) / np.linalg.norm(b - a)
+        rows += _along_member(assembly, name, member, a, b, diameter)
+        for joint, sign, s in ((0, -1.0, 0.0), (1, 1.0, 1.0)):
+            z = frame.joints[member.joints[joint]][2]
+            if z > -frame.depth + 1e-6:
+                radius = 0.5 * diameter(s) + grown(frame, z)
+                ends.setdefault(member.joints[joint], []).append(End(sign * axis, radius, member.potential_flow))
+    rows += list(_at_joints(assembly, ends))
     order = sorted(range(len(rows)), key=lambda i: rows[i]["high"])
-    values = {f.name: np.array([rows[i].get(f.name, 0.0) for i in order]) for f in fields(Pieces)}
-    return Pieces(**values | {name: values[name].astype(np.int64) for name in ("first", "last")})
+    unset = {"element": NOWHERE, "node": NOWHERE}
+    values = {f.name: np.array([rows[i].get(f.name, unset.get(f.name, 0.0)) for i in order]) for f in fields(Pieces)}
+    return Pieces(**values)
+
+
+def _along_member(
+    assembly: Assembly, name: str, member: Member, a: Float, b: Float, diameter: Callable[[float], float]
+) -> Iterator[dict[str, Any]]:
+    """The pieces of a member, and the rings where its diameter changes."""
+    frame, rho = assembly.frame, assembly.frame.water_density
+    first = int(np.flatnonzero(assembly.elements.member == assembly.members.index(name))[0])
+    n, length = len(assembly.member_nodes[name]) - 1, float(np.linalg.norm(b - a))
+    c = coefficients_of(frame, member)
+    thick, inside = c.diffraction == "maccamy_fuchs", float(not member.potential_flow)
+
+    def carried(s: float) -> dict[str, Any]:
+        at = min(int(s * n), n - 1)
+        return {"element": first + at, "fraction": s * n - at}
+
+    before: float | None = None
+    for s, e in pairwise(edges_of(frame, a, b, n)):
+        (x, y), middle = (a + s * (b - a), a + e * (b - a)), a + 0.5 * (s + e) * (b - a)
+        if middle[2] < -frame.depth:
+            before = None
+            continue
+        growth = grown(frame, middle[2])
+        D, size = diameter(0.5 * (s + e)) + 2.0 * growth, (e - s) * length
+        drag, Ca, Cp = (_under(c, kind, growth) for kind in ("drag", "added_mass", "pressure"))
+        outer = 0.25 * np.pi * (np.array([diameter(s), diameter(e)]) + 2.0 * growth) ** 2
+        volume = inside * 0.25 * np.pi * D**2 * size
+        yield carried(0.5 * (s + e)) | {
+            "place": middle,
+            "axis": (b - a) / length,
+            "low": min(x[2], y[2]),
+            "high": max(x[2], y[2]),
+            "drag": 0.5 * rho * drag * D * size,
+            "added": rho * Ca * volume,
+            "inertial": rho * (2.0 if thick else Ca + Cp) * volume,
+            "volume": volume,
+            "area": inside * (outer[1] - outer[0]),
+            "still_area": inside * (outer[1] - outer[0]),
+            "radius": 0.5 * D if thick and inside else 0.0,
+        }
+        if before is not None and inside and abs(outer[0] - before) > 1e-9:  # the edge of growth is a ring
+            ring = {"place": x, "axis": (b - a) / length, "low": x[2], "high": x[2]}
+            yield carried(s) | ring | {"area": outer[0] - before, "still_area": outer[0] - before}
+        before = outer[1]
 
 
 def _under(c: Coefficients, kind: str, growth: float) -> float:
@@ -177,104 +191,75 @@ def _under(c: Coefficients, kind: str, growth: float) -> float:
     return value
 
 
-def _ends(frame: Frame, outward: dict[str, list[tuple[Float, float, int]]]) -> Iterator[dict[str, Any]]:
-    """The ends of members at joints as plates (F-38), where they have coefficients."""
-    rho = frame.water_density
-    for joint, ends in outward.items():
-        c = frame.other_ends.get(joint, frame.ends)
-        area = sum((np.pi * r**2 * n for n, r, _ in ends), np.zeros(3))
-        volume = sum((2.0 / 3.0 * np.pi * r**3 * n for n, r, _ in ends), np.zeros(3))
-        size, ball = float(np.linalg.norm(area)), float(np.linalg.norm(volume))
-        if size < 1e-9 or not (c.drag or c.added_mass or c.pressure):
-            continue
-        node, place = ends[0][2], frame.joints[joint]
-        yield {
-            "place": place,
-            "axis": area / size,
-            "low": place[2],
-            "high": place[2],
-            "plate": 0.25 * rho * c.drag * size,
-            "along": rho * c.added_mass * ball,
-            "area": -c.pressure * size,
-            "first": node,
-            "last": node,
-        }
+@dataclass(frozen=True)
+class End:
+    """The end of a member at a joint: outward direction, radius [m] with growth, and whether potential flow has it."""
+
+    outward: Float
+    radius: float
+    potential_flow: bool
 
 
-def still_water(frame: Frame, nodes: dict[str, NDArray[np.int64]], count: int, level: float, gravity: float) -> Float:
-    """(n, 3) [N] forces of still water and of the liquid inside on the nodes (F-39, F-40).
+def _at_joints(assembly: Assembly, ends: dict[str, list[End]]) -> Iterator[dict[str, Any]]:
+    """The ends of members at joints: pressure on them, and where there are coefficients plates (F-38).
 
-    The pressure on the side of each piece and on both ends of each member, so that axial forces are those in the wall.
+    Members end at their joints, so that pressures on the ends are those which the wall of a leg lacks at its braces.
     """
-    forces = np.zeros((count, 3))
-    for name, member, a, b, diameter in beams(frame):
-        n = len(nodes[name]) - 1
-        for s, e in pairwise(edges_of(frame, a, b, n)):
-            middle = 0.5 * (s + e)
-            z, node, share = a[2] + middle * (b[2] - a[2]), int(middle * n), middle * n % 1.0
-            total = np.zeros(3)
-            for sign, top, density, d in _liquids(frame, member, float(z), level, (s, e), diameter):
-                total += sign * density * _side(a + s * (b - a), a + e * (b - a), d, top)
-            forces[nodes[name][node]] += gravity * (1.0 - share) * total
-            forces[nodes[name][node + 1]] += gravity * share * total
-        forces[nodes[name][[0, -1]]] += gravity * _caps(frame, member, a, b, diameter, level)
-    return forces
+    frame, rho = assembly.frame, assembly.frame.water_density
+    for joint, those in ends.items():
+        c, place = frame.other_ends.get(joint, frame.ends), frame.joints[joint]
+        wet = [end for end in those if not end.potential_flow]
+        area = sum((np.pi * end.radius**2 * end.outward for end in wet), np.zeros(3))
+        every = sum((np.pi * end.radius**2 * end.outward for end in those), np.zeros(3))
+        volume = sum((2.0 / 3.0 * np.pi * end.radius**3 * end.outward for end in wet), np.zeros(3))
+        at = {"place": place, "low": place[2], "high": place[2], "node": assembly.joint_nodes[joint]}
+        if (size := float(np.linalg.norm(area))) > 1e-9:
+            yield at | {"axis": area / size, "area": -c.pressure * size, "still_area": -size}
+        if (size := float(np.linalg.norm(every))) > 1e-9 and c.drag > 0.0:
+            yield at | {"axis": every / size, "plate": 0.25 * rho * c.drag * size}
+        if (ball := float(np.linalg.norm(volume))) > 1e-9 and c.added_mass > 0.0:
+            yield at | {"axis": volume / ball, "along": rho * c.added_mass * ball}
 
 
-def _liquids(
-    frame: Frame, member: Member, z: float, level: float, ends: tuple[float, float], diameter: Callable[[float], float]
-) -> Iterator[tuple[float, float, float, Float]]:
-    """Sign, height of its surface, density, and diameters (2,) of what is outside and inside of a piece at a height."""
-    if -frame.depth < z < level and not member.potential_flow:
-        yield 1.0, level, frame.water_density, np.array([diameter(s) for s in ends]) + 2.0 * grown(frame, z)
-    top, density = inner_surface(frame, member, level)
-    if top is not None and z < top:
-        yield -1.0, top, density, np.array([_bore(frame, member, s) for s in ends])
-
-
-def inner_surface(frame: Frame, member: Member, level: float) -> tuple[float | None, float]:
-    """Height [m] of the surface of the liquid inside a member, None without, and its density [kg/m^3]."""
-    if member.flooded:
-        return level, frame.water_density
-    if member.filled_to is None:
-        return None, 0.0
-    ends = [frame.joints[joint][2] for joint in member.joints]
-    return min(member.filled_to, float(max(ends))), member.fill_density
-
-
-def _bore(frame: Frame, member: Member, s: float) -> float:
-    """[m] inner diameter of a member, from its area inside the wall."""
-    inner = [
-        0.0 if each.thickness is None else max(each.breadth - 2.0 * each.thickness, 0.0)
-        for each in sections_of(frame, member)
-    ]
-    return inner[0] + s * (inner[1] - inner[0])
-
-
-def _side(x: Float, y: Float, d: Float, top: float) -> Float:
-    """(3,) [m^3] force of the pressure on the side of a piece up to a surface, over density and gravity (F-39)."""
-    if max(x[2], y[2]) > top:  # cut at the surface
-        share = (top - x[2]) / (y[2] - x[2])
-        cut, dc = x + share * (y - x), d[0] + share * (d[1] - d[0])
-        (x, y), d = ((x, cut), np.array([d[0], dc])) if x[2] < y[2] else ((cut, y), np.array([dc, d[1]]))
-    axis, length = (y - x) / np.linalg.norm(y - x), float(np.linalg.norm(y - x))
-    A, volume = 0.25 * np.pi * d**2, length * np.pi / 12.0 * (d[0] ** 2 + d[0] * d[1] + d[1] ** 2)
-    pressure = top - np.array([x[2], y[2]])
-    side: Float = np.array([0.0, 0.0, volume]) + (pressure[1] * A[1] - pressure[0] * A[0]) * axis
-    return side
-
-
-def _caps(frame: Frame, member: Member, a: Float, b: Float, diameter: Callable[[float], float], level: float) -> Float:
-    """(2, 3) [kg] force over gravity of the pressure on the ends of a member, outside and inside."""
-    result = np.zeros((2, 3))
-    axis = (b - a) / np.linalg.norm(b - a)
-    top, density = inner_surface(frame, member, level)
-    for i, (end, s, sign) in enumerate(((a, 0.0, 1.0), (b, 1.0, -1.0))):
-        outer = 0.25 * np.pi * (diameter(s) + 2.0 * grown(frame, end[2])) ** 2
-        if -frame.depth + 1e-6 < end[2] < level and not member.potential_flow:
-            result[i] += sign * frame.water_density * outer * (level - end[2]) * axis
-        bore = 0.25 * np.pi * _bore(frame, member, s) ** 2
-        # the sea stands on the bed in a leg that is open below
-        if top is not None and end[2] < top and not (member.flooded and end[2] < -frame.depth + 1e-6):
-            result[i] -= sign * density * bore * (top - end[2]) * axis
+def added_mass(p: Pieces, shape: Float, deep: int) -> Float:
+    """(k, k) added mass of the lowest pieces in the modes (F-44)."""
+    along = np.einsum("kpi,pi->kp", shape, p.axis)
+    total = np.einsum("p,kpi,jpi->kj", p.added[:deep], shape[:, :deep], shape[:, :deep])
+    total += np.einsum("p,kp,jp->kj", (p.along - p.added)[:deep], along[:, :deep], along[:, :deep])
+    result: Float = total
     return result
+
+
+def inner_surface(member: Member, ends: Float) -> tuple[float | None, float]:
+    """Height [m] of the surface of the liquid inside a member with ends at heights (2,), None without; 0 if flooded."""
+    if member.flooded:
+        return 0.0, 0.0
+    return (None, 0.0) if member.filled_to is None else (min(member.filled_to, float(ends.max())), member.fill_density)
+
+
+def liquid_inside(assembly: Assembly) -> tuple[Float, Float]:
+    """Loads over gravity [kg] of the liquid inside of members, on nodes (n, 6) and on the ends of elements (e, 2, 6).
+
+    They are those of its pressure on the wall, and on both ends of each member (F-40), so that the axial force is that
+    in the wall. Water that stands on the sea bed does not rest on the frame.
+    """
+    frame, e = assembly.frame, assembly.elements
+    nodes, line = np.zeros((len(assembly.points), 6)), np.zeros((len(e.length), 3))
+    for name, member, a, b, _ in beams(frame):
+        top, density = inner_surface(member, np.array([a[2], b[2]]))
+        if top is None:
+            continue
+        density = frame.water_density if member.flooded else density
+        mine, axis = np.flatnonzero(e.member == assembly.members.index(name)), (b - a) / np.linalg.norm(b - a)
+        for i in mine:
+            z = assembly.points[e.nodes[i], 2]
+            wet = np.clip((top - z.min()) / max(float(np.ptp(z)), 1e-9), 0.0, 1.0)
+            section = e.properties[i]
+            assert section is not None
+            line[i] = -wet * density * section.hole * (np.array([0.0, 0.0, 1.0]) - axis[2] * axis)
+        for end, sign, part in ((a, 1.0, mine[0]), (b, -1.0, mine[-1])):
+            section = e.properties[part]
+            if section is not None and end[2] < top and not (member.flooded and end[2] < -frame.depth + 1e-6):
+                node = assembly.member_nodes[name][0 if sign > 0.0 else -1]
+                nodes[node, :3] -= sign * density * section.hole * (top - end[2]) * axis
+    return nodes, assembly.line_loads(line)
