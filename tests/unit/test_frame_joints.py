@@ -543,8 +543,8 @@ def test_picture_has_both_scales() -> None:
 
 
 def test_joints_of_the_oc4_jacket() -> None:
-    """Numbers of a public post-processor of this jacket: 24 T/Y, 32 X and 48 K ends (it counts 16 more K, for both walls
-    of the chord), gaps of 0.25, 0.296 and 0.34 D, alpha 3.12 of the lowest braces and 41 to 57 of the K joints."""
+    """Numbers of a public post-processor of this jacket: 24 T/Y, 32 X and 48 K ends (it counts 16 more K, for both
+    walls of the chord), gaps of 0.25, 0.296 and 0.34 D, alpha 3.12 of the lowest braces, 41 to 57 of the K joints."""
     frame = load_turbine("nrel5mw-jacket").frame
     joints = tubular_joints(frame)
     kinds = np.concatenate([classes(joint, {}, "geometry")[:, :, 0] for joint in joints])
