@@ -28,6 +28,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, write_record
 from meltemi.environment.site import Environment
+from meltemi.frames.joints.settings import JointSettings
 from meltemi.iec.classes import WindClass, wind_class
 from meltemi.loads.loadbase.metocean import Metocean
 from meltemi.loads.loadbase.site import Site
@@ -128,6 +129,9 @@ class Campaign(Record):
     """Another number gives other seeds."""
     quick: bool = False
     """One seed, three speeds, one azimuth and instant, yaw sweeps in steps of 90 deg: for a first look."""
+    joints: bool | JointSettings = False
+    """Whether damage of the joints and utilisation of the members of the turbine's frame are evaluated, by default
+    settings or these."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Model options, as in a case file."""
