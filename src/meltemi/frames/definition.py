@@ -29,7 +29,7 @@ class Section(Record):
     height: float | None = Field(default=None, gt=0.0)
     """[m; 0.2 to 30] outer height of a rectangle along the member's y."""
     thickness: float | None = Field(default=None, gt=0.0)
-    """[m; 0.005 to 0.3] thickness of the wall; without it the section is solid."""
+    """[m; 0.005 to 0.6] thickness of the wall; without it the section is solid."""
     area: float | None = Field(default=None, gt=0.0)
     """[m^2] area of a general section."""
     shear_area_x: float | None = Field(default=None, gt=0.0)
@@ -47,7 +47,7 @@ class Section(Record):
     shear_modulus: float = Field(default=80.8e9, gt=0.0)
     """[N/m^2; 7e10 to 9e10] shear modulus."""
     density: float = Field(default=7850.0, ge=0.0)
-    """[kg/m^3; 7000 to 9500] density."""
+    """[kg/m^3; 2000 to 9500] density, from concrete to steel with additions."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 
 from meltemi.analyses.modes import Mode
 from meltemi.report import tables
 from meltemi.report.tables import Rows
 from meltemi.reports.turbine_overview import PowerTurbineOverview, TurbineOverview, masses
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
@@ -62,9 +64,32 @@ def turbine_facts(overview: TurbineOverview | PowerTurbineOverview) -> Groups:
     groups.append(("Mass", weights))
     if words := getattr(t.platform, "line_words", ""):
         groups.append(("Mooring", [("lines", words)]))
+    if rows := _frame(t):
+        groups.append(("Frame", rows))
     if frequencies := _frequencies(overview):
         groups.append(("Frequency at rest", frequencies))
     return groups
+
+
+def _frame(turbine: Turbine) -> list[tuple[str, str]]:
+    """Names and values of counts, masses, and displaced volume; empty without a frame."""
+    if (frame := turbine.frame) is None:
+        return []
+    from meltemi.frames.finite_elements import assemble
+    from meltemi.frames.reduction import tower_base
+    from meltemi.frames.water import pieces
+
+    assembly = assemble(frame, tower_base(frame, turbine.tower))
+    e, water = assembly.elements, pieces(assembly)
+    kinds = Counter(member.kind for member in frame.members.values())
+    members = ", ".join(f"{count} {kind}{'s' * (count > 1)}" for kind, count in kinds.items())
+    tonnes = {"steel": e.steel, "liquid inside": e.fill, "marine growth": e.growth}
+    rows = [("members", members), ("joints, nodes", f"{len(frame.joints)}, {len(assembly.points)}")]
+    rows += [(name, f"{number(1e-3 * kg)} t") for name, each in tonnes.items() if (kg := float(each @ e.length)) > 0.0]
+    if lumped := sum(each.mass for each in frame.masses):
+        rows.append(("at joints", f"{number(1e-3 * lumped)} t"))
+    rows.append(("displaced water", f"{number(float(water.volume[water.high <= 1e-6].sum()))} m³"))
+    return [*rows, ("depth", f"{number(frame.depth)} m")]
 
 
 def _power_facts(overview: PowerTurbineOverview) -> Groups:
