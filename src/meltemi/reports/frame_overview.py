@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from meltemi.frames.definition import EndCoefficients, Frame
-from meltemi.frames.finite_elements import assemble
+from meltemi.frames.finite_elements import Assembly, assemble
 from meltemi.frames.reduction import frequencies, reduced, tower_base
+from meltemi.frames.water import pieces
 from meltemi.report.palette import COLOURS, FAINT
 from meltemi.reports.blocks import Block, Picture, Table
-from meltemi.reports.turbine_facts import number
+from meltemi.reports.turbine_facts import frame_masses, number
 from meltemi.structure.members import ModalMember
 from meltemi.turbine.definition import Turbine
 
@@ -22,20 +22,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SHOWN, PANELS = 6, 4
-"""Frequencies in the table; modes in the picture."""
+"""Frequencies in the tables; modes in the picture."""
 DRAWN = 0.1
 """Largest displacement of a drawn mode over the height of frame and tower."""
 MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
 
 
-def words_on_ends(frame: Frame) -> str:
-    """What the coefficients of the ends of members at joints are, and whether these act like plates."""
-
-    def acting(c: EndCoefficients) -> bool:
-        return c.drag > 0.0 or c.added_mass > 0.0
-
+def words_on_ends(assembly: Assembly) -> str:
+    """What the coefficients of the ends of members at joints are, and at which of these the ends act like plates."""
+    frame, water = assembly.frame, pieces(assembly)
     meeting = Counter(joint for m in frame.members.values() if m.kind == "beam" for joint in m.joints)
-    plates = [j for j, count in meeting.items() if count > 1 and acting(frame.other_ends.get(j, frame.ends))]
+    acting = set(water.node[(water.plate > 0.0) | (water.along > 0.0)])
+    plates = [joint for joint, node in assembly.joint_nodes.items() if meeting[joint] > 1 and node in acting]
     c = frame.ends
     words = f"Ends of members at joints: drag {c.drag:g}, added mass {c.added_mass:g}, pressure {c.pressure:g}"
     words += f", others at {len(frame.other_ends)} joints." if frame.other_ends else "."
@@ -57,20 +55,27 @@ def frame_blocks(turbine: Turbine, member: ModalMember) -> list[Block]:
     frame = turbine.frame
     assert frame is not None
     assembly = assemble(frame, tower_base(frame, turbine.tower))
+    masses = [[name, number(1e-3 * kg)] for name, kg in frame_masses(assembly).items()]
     file = BytesIO()
     plot_frame_modes(turbine, member).savefig(file, format="png", dpi=110)
     free, fixed = (frequencies(assembly, SHOWN, fixed=fixed) / (2.0 * math.pi) for fixed in (False, True))
     rows = [[str(i + 1), number(a), number(b)] for i, (a, b) in enumerate(zip(free, fixed, strict=False))]
     K = reduced(assembly, 0).stiffness
     small = 1e-9 * np.sqrt(np.outer(np.diag(K), np.diag(K)))
-    stiffness = [[name, *(number(x) for x in row)] for name, row in zip(MOTIONS, np.where(abs(K) > small, K, 0.0))]
+    stiffness = [
+        [name, *(number(x) for x in row)] for name, row in zip(MOTIONS, np.where(abs(K) > small, K, 0.0), strict=True)
+    ]
     caption = "Frequencies of the frame alone, in air, with the tower's base free and clamped."
-    at = f"Static stiffness at the tower's base, {number(turbine.tower.base_height)} m above mean sea level, in N and N m."
+    height = number(turbine.tower.base_height)
+    at = f"Static stiffness at the tower's base, {height} m above mean sea level, in N and N m."
     return [
         Picture(file.getvalue(), "First modes of tower and frame with the mass on top and the still water around."),
-        Table(["", "free\nHz", "clamped\nHz"], rows, caption, text_columns=1),
-        Table(["", *(f"{name}\n{'rad' if 'about' in name else 'm'}" for name in MOTIONS)], stiffness, at, text_columns=1),
-        words_on_ends(frame),
+        Table(["mass", "t"], masses, "Masses; that of the water around is not among them.", text_columns=1),
+        Table(["mode", "free\nHz", "clamped\nHz"], rows, caption, text_columns=1),
+        Table(
+            ["", *(f"{name}\n{'rad' if 'about' in name else 'm'}" for name in MOTIONS)], stiffness, at, text_columns=1
+        ),
+        words_on_ends(assembly),
     ]
 
 

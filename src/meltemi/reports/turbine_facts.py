@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
+from typing import TYPE_CHECKING
 
 from meltemi.analyses.modes import Mode
 from meltemi.report import tables
@@ -11,6 +11,9 @@ from meltemi.report.tables import Rows
 from meltemi.reports.turbine_overview import PowerTurbineOverview, TurbineOverview, masses
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
+
+if TYPE_CHECKING:
+    from meltemi.frames.finite_elements import Assembly
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
 FIRST = (
@@ -71,8 +74,17 @@ def turbine_facts(overview: TurbineOverview | PowerTurbineOverview) -> Groups:
     return groups
 
 
+def frame_masses(assembly: Assembly) -> dict[str, float]:
+    """Masses [kg] of a frame by what they are, without those that it has not."""
+    e, frame = assembly.elements, assembly.frame
+    parts = {"steel": e.steel, "liquid inside": e.fill, "marine growth": e.growth}
+    masses = {name: float(each @ e.length) for name, each in parts.items()}
+    masses["masses at joints"] = sum(each.mass for each in frame.masses)
+    return {name: kg for name, kg in masses.items() if kg > 0.0}
+
+
 def _frame(turbine: Turbine) -> list[tuple[str, str]]:
-    """Names and values of counts, masses, and displaced volume; empty without a frame."""
+    """Counts, masses and displaced volume; empty without a frame."""
     if (frame := turbine.frame) is None:
         return []
     from meltemi.frames.finite_elements import assemble
@@ -80,16 +92,12 @@ def _frame(turbine: Turbine) -> list[tuple[str, str]]:
     from meltemi.frames.water import pieces
 
     assembly = assemble(frame, tower_base(frame, turbine.tower))
-    e, water = assembly.elements, pieces(assembly)
-    kinds = Counter(member.kind for member in frame.members.values())
-    members = ", ".join(f"{count} {kind}{'s' * (count > 1)}" for kind, count in kinds.items())
-    tonnes = {"steel": e.steel, "liquid inside": e.fill, "marine growth": e.growth}
-    rows = [("members", members), ("joints, nodes", f"{len(frame.joints)}, {len(assembly.points)}")]
-    rows += [(name, f"{number(1e-3 * kg)} t") for name, each in tonnes.items() if (kg := float(each @ e.length)) > 0.0]
-    if lumped := sum(each.mass for each in frame.masses):
-        rows.append(("at joints", f"{number(1e-3 * lumped)} t"))
-    rows.append(("displaced water", f"{number(float(water.volume[water.high <= 1e-6].sum()))} m³"))
-    return [*rows, ("depth", f"{number(frame.depth)} m")]
+    kg, water = frame_masses(assembly), pieces(assembly)
+    return [
+        ("members, joints", f"{len(frame.members)}, {len(frame.joints)}"),
+        ("steel, in all", f"{number(1e-3 * kg.get('steel', 0.0))} t, {number(1e-3 * sum(kg.values()))} t"),
+        ("displaced water", f"{number(float(water.volume[water.high <= 1e-6].sum()))} m³"),
+    ]
 
 
 def _power_facts(overview: PowerTurbineOverview) -> Groups:

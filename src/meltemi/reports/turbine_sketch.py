@@ -82,7 +82,8 @@ def _member(ax: Axes, centre: float, i: int, member: Float) -> None:
     along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
     across = 0.5 * np.array([-along[1], along[0]])
     r, s = member[6:8]
-    outline = np.array([a - r * across, b - s * across, b + s * across, a + r * across]) + [centre, 0.0]
+    outline = np.array([a - r * across, b - s * across, b + s * across, a + r * across])
+    outline[:, 0] += centre
     ax.add_patch(Polygon(outline, facecolor=SHADE, edgecolor=INK, linewidth=0.4))
 
 
