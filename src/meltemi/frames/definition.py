@@ -268,7 +268,7 @@ class Frame(Record):
                 known(name, self.joints, "joint", field)
 
     def view_shape(self) -> dict[str, Any]:
-        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
+        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines; itself."""
         members = []
         for member in self.members.values():
             if member.kind == "beam":
@@ -276,7 +276,8 @@ class Frame(Record):
                 first = self.sections[member.section]
                 last = self.sections[member.end_section or member.section]
                 members.append([*map(float, a), *map(float, b), first.breadth, last.breadth])
-        return {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        shape = {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        return shape | {"frame": self.content()}
 
     def doubts(self, turbine: Any) -> list[str]:
         """Sentences about implausible values."""
