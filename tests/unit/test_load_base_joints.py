@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from synthetic_base import small_plan, synthetic_base
 
 from meltemi import InputError
-from meltemi.frames.definition import Frame, Member, Section
+from meltemi.frames.definition import Foot, Frame, Member, Section
 from meltemi.frames.joints.fatigue import LoadCase, joint_fatigue, largest_utilisations
 from meltemi.frames.joints.settings import JointSettings
 from meltemi.loads.loadbase.coverage import read_results, shared_repetitions
@@ -29,11 +29,12 @@ FRAME = Frame(
     depth=20.0,
     joints={
         "foot": (0.0, 0.0, -20.0),
-        "node_1": (0.0, 0.0, -5.0),
+        "node_1": (0.0, 0.0, -10.0),
         "top": (0.0, 0.0, 0.0),
-        "side_a": (8.0, 0.0, 3.0),
-        "side_b": (8.0, 0.0, -13.0),
+        "side_a": (8.0, 0.0, -2.0),
+        "side_b": (8.0, 0.0, -18.0),
     },
+    feet=(Foot(joint="foot"),),
     sections=SECTIONS,
     members={
         "leg_1": Member(joints=("foot", "node_1"), section="leg"),
@@ -41,7 +42,7 @@ FRAME = Frame(
         "a": Member(joints=("node_1", "side_a"), section="brace"),
         "b": Member(joints=("side_b", "node_1"), section="brace"),
     },
-    interface=("top", "side_a"),
+    interface=("top",),
 )
 SIX = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 SIZES = (1e4, 1e4, 6e5, 2e5, 2e5, 1e4)

@@ -372,7 +372,7 @@ def in_water(
         origin=origin,
     )
     a, flow, surface = k.acceleration[:, :-1], k.velocity[:, :-1], k.elevation[:, :-1]
-    along = np.einsum("tpi,pi->tp", a, p.axis)
+    along = (a * p.axis).sum(axis=2)
     axial = (p.along - p.inertial) * along + rho * gravity * p.area * k.pressure[:, :-1]
     force = p.inertial[:, None] * a + axial[..., None] * p.axis + still_forces(p, rho, sea.level, gravity)
     if sea.current is not None:
@@ -385,7 +385,7 @@ def in_water(
     v = View(FrameWater, water)
     v["depth"], v["level"], v["step"], v["period"], v["deep"], v["wet"] = depth, sea.level, k.dt, k.period, deep, wet
     shape = loads.shape
-    push = np.einsum("tpi,kpi->tk", force[:, :deep], shape[:, :deep])
+    push = force[:, :deep].reshape(len(flow), -1) @ shape[:, :deep].reshape(len(shape), -1).T
     return {
         "water": water,
         "frame_flow": np.ascontiguousarray(flow.reshape(len(flow), -1)),

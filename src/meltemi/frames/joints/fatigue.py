@@ -18,6 +18,7 @@ from meltemi.frames.joints.scf import Factors, factors, outside, parameters_of
 from meltemi.frames.joints.settings import JointSettings
 from meltemi.frames.joints.sn import Curve, Environment, sn_curve, spectral_damage
 from meltemi.frames.joints.utilisation import CLAUSES, member_checks
+from meltemi.frames.loads import PLACES
 from meltemi.postprocess.cycles import Cycles, rainflow_cycles, sum_cycles
 from meltemi.postprocess.spectra import power_spectrum
 
@@ -27,28 +28,17 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 GRAVITY = 9.80665
-PLACES = ("start", "middle", "end")
-"""Places of the section loads of a member."""
+COLUMNS = "joint brace end side position curve damage life DFF utilisation outside".split()
 
 
 class Weld(NamedTuple):
-    """Welds of a joint, ready for series.
-
-    Attributes:
-      joint, factors: the joint, and the stress concentration factors of its braces.
-      curve, environment: their S-N curve.
-      outside: names of the parameters outside the ranges of validity, by brace.
-    """
+    """Welds of a joint: stress concentration factors and parameters outside their ranges by brace, and S-N curve."""
 
     joint: Joint
     factors: list[Factors]
+    outside: list[list[str]]
     curve: Curve
     environment: Environment
-    outside: list[list[str]]
-
-    def thickness(self, brace: int, side: int) -> float:
-        """[m] of the wall on a side of a brace's weld."""
-        return self.joint.thickness if side == 0 else self.joint.braces[brace].tube.thickness
 
 
 class LoadCase(NamedTuple):
@@ -106,11 +96,10 @@ def welds_of(frame: Frame, settings: JointSettings) -> list[Weld]:
     """
     welds = []
     for joint in tubular_joints(frame):
-        given = parameters_of(joint, settings.alpha)
+        given, around = parameters_of(joint, settings.alpha), environment_at(joint.height, settings)
         f = [factors(p, settings.fixity, settings.chord_bending) for p in given]
-        around = environment_at(joint.height, settings)
         curve = sn_curve(settings.curve, around, settings.edition)
-        welds.append(Weld(joint, f, curve, around, [outside(p) for p in given]))
+        welds.append(Weld(joint, f, [outside(p) for p in given], curve, around))
     if not welds:
         raise InputError("joints: the frame has no joint at which a tube meets a chord")
     return welds
@@ -125,13 +114,13 @@ def stresses_of(weld: Weld, loads: Loads, settings: JointSettings) -> Float:
 def case_damage(weld: Weld, stresses: Float, duration: float, settings: JointSettings) -> Float:
     """Damage (n, 2, 8) of a joint's welds by hot-spot stresses (n, 2, 8, T) of a duration [s]."""
     damage = np.zeros(stresses.shape[:3])
-    for i, side, k in np.ndindex(damage.shape):
-        x, thickness = stresses[i, side, k], weld.thickness(i, side)
+    for at in np.ndindex(damage.shape):
+        x, thickness = stresses[at], (weld.joint.thickness, weld.joint.braces[at[0]].tube.thickness)[at[1]]
         if settings.counting == "rainflow":
-            damage[i, side, k] = weld.curve.damage(rainflow_cycles(x), thickness)
+            damage[at] = weld.curve.damage(rainflow_cycles(x), thickness)
         else:
-            spectrum = power_spectrum(x, dt=duration / (len(x) - 1))
-            damage[i, side, k] = spectral_damage(spectrum.frequency, spectrum.density, duration, weld.curve, thickness)
+            s = power_spectrum(x, dt=duration / (len(x) - 1))
+            damage[at] = spectral_damage(s.frequency, s.density, duration, weld.curve, thickness)
     return damage
 
 
@@ -146,51 +135,36 @@ def joint_fatigue(
     s = settings or JointSettings()
     if not cases:
         raise InputError("joints: no cases with section loads")
-    welds = welds_of(frame, s)
-    repeated = np.array([case.hours * 3600.0 / case.duration for case in cases])
+    welds, repeated = welds_of(frame, s), [case.hours * 3600.0 / case.duration for case in cases]
     damage, markov = {}, {}
     for weld in welds:
-        single = np.array([case_damage(weld, stresses_of(weld, case.loads, s), case.duration, s) for case in cases])
-        damage[weld.joint.name] = repeated[:, None, None, None] * single
-        total = damage[weld.joint.name].sum(axis=0)
-        worst = np.unravel_index(int(total.argmax()), total.shape)
+        single = [case_damage(weld, stresses_of(weld, case.loads, s), case.duration, s) for case in cases]
+        damage[weld.joint.name] = of_cases = np.array(repeated)[:, None, None, None] * single
+        worst = np.unravel_index(int(of_cases.sum(axis=0).argmax()), of_cases.shape[1:])
         parts = (rainflow_cycles(stresses_of(weld, case.loads, s)[worst]) for case in cases)
-        markov[weld.joint.name] = sum_cycles(parts, repeated.tolist())
-    return fatigue_tables(welds, damage, [case.name for case in cases], markov, s, years)
+        markov[weld.joint.name] = sum_cycles(parts, repeated)
+    table, shares = fatigue_tables(welds, damage, [case.name for case in cases], s, years)
+    return JointFatigue(table, shares, markov)
 
 
 def fatigue_tables(
-    welds: Iterable[Weld],
-    damage: Mapping[str, Float],
-    names: Sequence[str],
-    markov: Mapping[str, Cycles],
-    settings: JointSettings,
-    years: float,
-) -> JointFatigue:
-    """Tables of the damage (cases, n, 2, 8) of each joint."""
+    welds: Iterable[Weld], damage: Mapping[str, Float], names: Sequence[str], settings: JointSettings, years: float
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Tables of points and of shares from the damage (cases, n, 2, 8) of each joint."""
     import pandas as pd
 
-    rows, shares = [], {}
+    rows, shares, dff = [], {}, settings.design_fatigue_factor
     for weld in welds:
-        of_cases = damage[weld.joint.name]
+        name, curve, of_cases = weld.joint.name, f"{settings.curve}, {weld.environment}", damage[weld.joint.name]
         total = of_cases.sum(axis=0)
         worst = of_cases.reshape(len(of_cases), -1)[:, int(total.argmax())]
-        shares[weld.joint.name] = worst / max(worst.sum(), 1e-300)
-        for i, side, k in np.ndindex(total.shape):
-            tube, D, dff = weld.joint.braces[i].tube, float(total[i, side, k]), settings.design_fatigue_factor
-            head = (
-                weld.joint.name,
-                tube.member,
-                tube.end,
-                SIDES[side],
-                45 * k,
-                f"{settings.curve}, {weld.environment}",
-            )
-            rows.append((*head, D, years / D if D > 0.0 else np.inf, dff, D * dff, ", ".join(weld.outside[i])))
-    columns = "joint brace end side position curve damage life DFF utilisation outside".split()
-    table = pd.DataFrame(rows, columns=columns)
+        shares[name] = worst / max(worst.sum(), 1e-300)
+        for (i, side, k), D in np.ndenumerate(total):
+            tube, life = weld.joint.braces[i].tube, years / D if D > 0.0 else np.inf
+            where = (name, tube.member, tube.end, SIDES[side], 45 * k, curve)
+            rows.append((*where, D, life, dff, D * dff, ", ".join(weld.outside[i])))
     frame = pd.DataFrame.from_dict(shares, orient="index", columns=list(names)).rename_axis("joint")
-    return JointFatigue(table, frame, dict(markov))
+    return pd.DataFrame(rows, columns=COLUMNS), frame
 
 
 def largest_utilisations(
@@ -210,28 +184,25 @@ def largest_utilisations(
     for name in s.effective_lengths:
         if name not in frame.members:
             raise InputError(f"joints.effective_lengths: no member {name!r}: {did_you_mean(name, frame.members)}")
-    for name, member in frame.members.items():
-        section = frame.sections.get(member.section)
+    for (name, place), series in loads.items():
+        member = frame.members[name]
+        section = frame.sections.get((member.end_section or member.section) if place == "end" else member.section)
         if member.kind != "beam" or section is None or section.kind != "tube" or section.thickness is None:
             continue
         a, b = (np.asarray(frame.joints[joint]) for joint in member.joints)
+        depth = max(-float(a[2] + PLACES[place] * (b[2] - a[2])), 0.0)
         closed = not member.flooded and member.filled_to is None
-        for place, share in zip(PLACES, (0.0, 0.5, 1.0), strict=True):
-            if (name, place) not in loads:
-                continue
-            at_end = frame.sections[member.end_section or member.section] if place == "end" else section
-            depth = max(-float(a[2] + share * (b[2] - a[2])), 0.0)
-            checks = member_checks(
-                factor * loads[name, place],
-                at_end,
-                float(np.linalg.norm(b - a)),
-                yield_stress=s.yield_stress,
-                standard=s.standard,
-                k=s.effective_lengths.get(name, s.effective_length),
-                C_m=s.moment_factor,
-                pressure=frame.water_density * GRAVITY * depth * factor if closed else 0.0,
-                end_caps=s.end_caps,
-            )
-            largest = checks.ratios.max(axis=1)
-            used[name, place] = (float(largest.max()), CLAUSES[s.standard][int(largest.argmax())])
+        checks = member_checks(
+            factor * series,
+            section,
+            float(np.linalg.norm(b - a)),
+            yield_stress=s.yield_stress,
+            standard=s.standard,
+            k=s.effective_lengths.get(name, s.effective_length),
+            C_m=s.moment_factor,
+            pressure=factor * frame.water_density * GRAVITY * depth if closed else 0.0,
+            end_caps=s.end_caps,
+        )
+        largest = checks.ratios.max(axis=1)
+        used[name, place] = (float(largest.max()), CLAUSES[s.standard][int(largest.argmax())])
     return used

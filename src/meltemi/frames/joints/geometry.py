@@ -1,4 +1,4 @@
-"""Tubular joints of a frame: chord, braces, gaps and planes, (F-52).
+"""Tubular joints of a frame: chord, braces, gaps and planes (F-52).
 
 The chord is the pair of members that are in line with the largest diameter, of equal ones that with the thickest wall,
 then the first in the file; where no pair is in line it is the single member of largest diameter.
@@ -9,21 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 from math import cos, radians
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.frames.definition import Frame, Section
+from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import member_axes
+from meltemi.frames.sections import properties
 
 Float = NDArray[np.float64]
-End = Literal["start", "end"]
 
-IN_LINE = cos(radians(10.0))
-"""Members at a joint are in line if they deviate from it by less than 10 degrees."""
-IN_PLANE = cos(radians(15.0))
-"""Braces share a plane with the chord if their directions about it differ by less than 15 degrees."""
+IN_LINE, IN_PLANE = cos(radians(10.0)), cos(radians(15.0))
+"""Members are in line within 10 degrees; braces share a plane with the chord if they differ by 15 degrees about it."""
 
 
 @dataclass(frozen=True)
@@ -31,21 +28,21 @@ class Tube:
     """End of a tubular member at a joint.
 
     Attributes:
-      member, end: its name, and which of its ends.
+      member, end: its name, and "start" or "end".
       direction: (3,) unit vector away from the joint.
       axes: (3, 3) member axes x, y, z as rows.
-      length, diameter, thickness: [m]; the section is that of this end.
-      section: the section itself.
+      length, diameter, thickness, area, modulus: [m, m^2, m^3] of the member, and of its section at this end.
     """
 
     member: str
-    end: End
+    end: str
     direction: Float
     axes: Float
     length: float
     diameter: float
     thickness: float
-    section: Section
+    area: float
+    modulus: float
 
 
 @dataclass(frozen=True)
@@ -56,8 +53,7 @@ class Brace:
       tube: its end.
       angle: [rad] between its axis and the chord's, up to a right angle.
       radial: (3,) unit vector from the chord's axis towards the brace.
-      place: [m] of its axis on the chord's surface, along the chord from the joint.
-      half: [m] half the length of its weld along the chord.
+      place, half: [m] of its axis on the chord's surface from the joint, and half of its weld, along the chord.
     """
 
     tube: Tube
@@ -72,8 +68,7 @@ class Joint:
     """A joint of tubes.
 
     Attributes:
-      name: of the frame's joint.
-      height: [m] above mean sea level.
+      name, height: of the frame's joint, and its height [m] above mean sea level.
       chord: its members at the joint, the first along ``axis``; one where the chord ends.
       axis: (3,) unit vector along the chord.
       diameter, thickness, length: [m] of the chord; the thinner wall, and the length over both members.
@@ -109,23 +104,20 @@ def tubes_at(frame: Frame) -> dict[str, list[Tube]]:
             continue
         a, b = (np.asarray(frame.joints[joint]) for joint in member.joints)
         axes, length = member_axes(b - a, member.spin).T, float(np.linalg.norm(b - a))
-        sections = (member.section, member.end_section or member.section)
-        sides: tuple[tuple[End, float], ...] = (("start", 1.0), ("end", -1.0))
-        for joint, section, (end, sign) in zip(member.joints, sections, sides, strict=True):
-            s = frame.sections[section]
-            D = float(s.diameter or 0.0)
-            ends[joint].append(Tube(name, end, sign * axes[2], axes, length, D, s.thickness or 0.5 * D, s))
+        for i, (joint, end) in enumerate(zip(member.joints, ("start", "end"), strict=True)):
+            s = frame.sections[(member.section, member.end_section or member.section)[i]]
+            p, D = properties(s, s, 0.0), float(s.diameter or 0.0)
+            wall = s.thickness or 0.5 * D
+            sign, modulus = 1.0 - 2.0 * i, 2.0 * p.inertia_x / D
+            ends[joint].append(Tube(name, end, sign * axes[2], axes, length, D, wall, p.area, modulus))
     return ends
 
 
 def chord_of(tubes: list[Tube]) -> tuple[Tube, ...]:
     """Members of the chord at a joint: the rule of this module."""
-
-    def size(pair: tuple[Tube, ...]) -> tuple[float, float]:
-        return min(t.diameter for t in pair), min(t.thickness for t in pair)
-
     pairs: list[tuple[Tube, ...]] = [(a, b) for a, b in combinations(tubes, 2) if a.direction @ b.direction < -IN_LINE]
-    return max(pairs or [(tube,) for tube in tubes], key=size)
+    singles: list[tuple[Tube, ...]] = [(tube,) for tube in tubes]
+    return max(pairs or singles, key=lambda each: (min(t.diameter for t in each), min(t.thickness for t in each)))
 
 
 def tubular_joints(frame: Frame) -> tuple[Joint, ...]:
@@ -136,18 +128,16 @@ def tubular_joints(frame: Frame) -> tuple[Joint, ...]:
             continue
         c = chord[0].direction - (chord[1].direction if len(chord) > 1 else 0.0)
         c = c / np.linalg.norm(c)
-        D = min(tube.diameter for tube in chord)
+        D, T = min(tube.diameter for tube in chord), min(tube.thickness for tube in chord)
         braces = []
         for tube in tubes:
             along = float(tube.direction @ c)
             across = tube.direction - along * c
             sine = float(np.linalg.norm(across))
             if all(tube is not each for each in chord) and sine > 1e-3:  # what goes on along the chord is no brace
-                angle = float(np.arctan2(sine, abs(along)))
-                place, half = 0.5 * D * along / sine, 0.5 * tube.diameter / sine
-                braces.append(Brace(tube, angle, across / sine, place, half))
+                angle, place, half = np.arctan2(sine, abs(along)), 0.5 * D * along / sine, 0.5 * tube.diameter / sine
+                braces.append(Brace(tube, float(angle), across / sine, place, half))
         if braces:
-            T, L = min(tube.thickness for tube in chord), sum(tube.length for tube in chord)
-            height = float(frame.joints[name][2])
+            height, L = float(frame.joints[name][2]), sum(tube.length for tube in chord)
             joints.append(Joint(name, height, chord, c, D, T, L, tuple(braces)))
     return tuple(joints)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.frames.joints.geometry import Brace, Joint, Tube
 from meltemi.frames.joints.scf import Factors
-from meltemi.frames.joints.stress import ANGLES, profile
+from meltemi.frames.joints.stress import ANGLES
 
 Float = NDArray[np.float64]
 Loads = Mapping[tuple[str, str], Float]
@@ -66,24 +66,21 @@ def weld_stresses(joint: Joint, brace: Brace, loads: Loads) -> Float:
     In-plane bending is positive at the crown along the chord's axis, out-of-plane bending at the saddle a right angle
     on, by the right-hand rule about the brace's direction. Moments are those where its axis meets the chord's surface.
     """
-    tube, p = brace.tube, profile(brace.tube.section)
-    F, M = (loads_of(tube, loads)[:, k : k + 3] for k in (0, 3))
+    tube, given = brace.tube, loads_of(brace.tube, loads)
     arm = 0.5 * joint.diameter / sin(brace.angle) * (1.0 if tube.end == "start" else -1.0)
-    x, y = M[:, 0] + arm * F[:, 1], M[:, 1] - arm * F[:, 0]
+    x, y = given[:, 3] + arm * given[:, 1], given[:, 4] - arm * given[:, 0]
     crown = joint.axis - (joint.axis @ tube.direction) * tube.direction
     crown /= np.linalg.norm(crown)
-    W = p.inertia_x / (0.5 * tube.diameter)
     points = (tube.axes @ e for e in (crown, np.cross(tube.direction, crown)))
-    return np.stack([F[:, 2] / p.area, *((x * e[1] - y * e[0]) / W for e in points)], axis=1)
+    return np.stack([given[:, 2] / tube.area, *((x * e[1] - y * e[0]) / tube.modulus for e in points)], axis=1)
 
 
 def chord_bending(joint: Joint, brace: Brace, loads: Loads) -> Float:
     """Bending stresses (T, 2) of the chord's surface below a brace, ahead of and behind the joint (F-60)."""
     stresses = []
     for tube in (joint.chord[0], joint.chord[-1]):
-        e, M = tube.axes @ brace.radial, loads_of(tube, loads)[:, 3:5]
-        W = profile(tube.section).inertia_x / (0.5 * tube.diameter)
-        stresses.append((M[:, 0] * e[1] - M[:, 1] * e[0]) / W)
+        e, given = tube.axes @ brace.radial, loads_of(tube, loads)
+        stresses.append((given[:, 3] * e[1] - given[:, 4] * e[0]) / tube.modulus)
     return np.stack(stresses, axis=1)
 
 

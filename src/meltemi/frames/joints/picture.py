@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 VIEWS = ((0, "x, downwind [m]", "seen from the side"), (1, "y, to the left [m]", "seen downwind"))
 """Horizontal coordinate of each view."""
 DECADES = 3.0
-"""Decades of damage below the largest that are told apart."""
+"""Decades of damage below the largest that are distinguished."""
 
 
 def plot_joint_damage(frame: Frame, damage: Mapping[str, float], utilisation: Mapping[str, float]) -> Figure:

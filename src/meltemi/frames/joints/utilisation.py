@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.frames.definition import Section
-from meltemi.frames.joints.stress import profile
+from meltemi.frames.sections import properties
 
 Float = NDArray[np.float64]
 Standard = Literal["NORSOK N-004", "ISO 19902"]
@@ -78,7 +78,7 @@ def strengths(section: Section, length: float, yield_stress: float, k: float = 1
         raise InputError("utilisation: the standards are for tubes with a wall; give diameter and thickness")
     if not 1e8 <= yield_stress <= 1.5e9:
         raise InputError(f"utilisation: yield_stress {yield_stress:g} N/m^2: expected 1e8 to 1.5e9; is it in MPa?")
-    E, fy, p = section.elastic_modulus, yield_stress, profile(section)
+    E, fy, p = section.elastic_modulus, yield_stress, properties(section, section, 0.0)
     fcle = 0.6 * E * t / D
     ratio = fy / fcle
     fcl = fy if ratio <= SLENDER else (1.047 - 0.274 * ratio) * fy if ratio <= 1.911 else fcle
@@ -124,7 +124,7 @@ def member_checks(  # noqa: PLR0913 - the factors of the standards by name
       InputError: see :func:`strengths`.
     """
     iso = standard == "ISO 19902"
-    s, p = strengths(section, length, yield_stress, k, iso), profile(section)
+    s, p = strengths(section, length, yield_stress, k, iso), properties(section, section, 0.0)
     fy, D, t = yield_stress, float(section.diameter or 0.0), float(section.thickness or 0.0)
     sp = pressure * D / (2.0 * t)
     sq = 0.5 * sp
@@ -153,7 +153,7 @@ def member_checks(  # noqa: PLR0913 - the factors of the standards by name
         np.where(net >= 0.0, axial + bent, 0.0),
         np.where(pressed > 0.0, gc * pressed / fch + amplified * bent, 0.0),
         np.where(net < 0.0, gc * np.maximum(-net, 0.0) / s.local + bent, 0.0),
-        shear + gv * sqrt(3.0) / fy * np.abs(loads[:, 5]) * p.torsion,
+        shear + gv * sqrt(3.0) / fy * np.abs(loads[:, 5]) * 0.5 * D / p.torsion,
         np.where(shear >= 0.4, (bent + shear) / 1.4, 0.0),
         gh * sp / s.hoop * np.ones(len(loads)),
         buckled if pressure > 0.0 else np.zeros(len(loads)),

@@ -14,9 +14,10 @@ import numpy as np
 
 from meltemi.core.errors import InputError
 from meltemi.frames.definition import Frame
-from meltemi.frames.joints.fatigue import PLACES, case_damage, largest_utilisations, stresses_of, welds_of
+from meltemi.frames.joints.fatigue import case_damage, largest_utilisations, stresses_of, welds_of
 from meltemi.frames.joints.settings import JointSettings
 from meltemi.frames.joints.utilisation import CLAUSES
+from meltemi.frames.loads import PLACES
 from meltemi.loads.loadbase.campaign import Campaign
 from meltemi.loads.loadbase.interfaces import SIX
 from meltemi.loads.loadbase.reduction import Reduced, large_cycles

@@ -56,6 +56,8 @@ def joint_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> J
     Raises:
       InputError: the turbine has no frame, or a file cannot be read.
     """
+    import pandas as pd
+
     if (s := joint_settings(plan.campaign)) is None:
         return None
     frame = frame_of(aeroelastic(load_turbine(plan.campaign.turbine), "joints"))
@@ -64,7 +66,7 @@ def joint_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> J
     conditions = list(dict.fromkeys(f"{c.dlc}, {c.variant.speed:g} m/s" for c in results.present if c.weight))
     welds = welds_of(frame, s)
     damage = [np.zeros((len(conditions), len(weld.joint.braces), 2, 8)) for weld in welds]
-    largest: dict[tuple[str, str], tuple[float, str, str, str]] = {}
+    uses = []
     for case, channel, value in results.table("equivalent").itertuples(index=False):
         of = cases[str(case)]
         if channel.startswith(DAMAGE) and of.name in repetitions:
@@ -73,8 +75,7 @@ def joint_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> J
             damage[j][place, at[0], at[1], at[2]] += repetitions[of.name] * value
         elif channel.startswith(USE):
             clause, section, member = channel.removeprefix(USE).split(":", 2)
-            if value > largest.get((member, section), (-1.0,))[0]:
-                largest[member, section] = (value, CLAUSES[s.standard][int(clause)], of.name, of.row)
+            uses.append((member, section, value, CLAUSES[s.standard][int(clause)], of.name, of.row))
     parts = defaultdict[str, list[Cycles]](list)
     for channel, names, codes, cycles in results.store.cycles(results.keys) if conditions else ():
         if channel.startswith(JOINT):
@@ -82,16 +83,11 @@ def joint_results(plan: Plan, folder: str | Path, *, doubtful: bool = True) -> J
             parts[channel].append(cycles._replace(counts=cycles.counts * weights[codes]))
     markov = {weld.joint.name: sum_cycles(parts[f"{JOINT}{j}"]) for j, weld in enumerate(welds)}
     of_joints = {weld.joint.name: each for weld, each in zip(welds, damage, strict=True)}
-    fatigue = fatigue_tables(welds, of_joints, conditions, markov, s, plan.campaign.years) if conditions else None
-    return JointResults(frame, s, fatigue, _utilisation_table(largest))
-
-
-def _utilisation_table(largest: dict[tuple[str, str], tuple[float, str, str, str]]) -> pd.DataFrame:
-    import pandas as pd
-
-    lines = [(*key, *row) for key, row in largest.items()]
-    head = ["member", "place", "ratio", "clause", "case", "row"]
-    return pd.DataFrame(lines, columns=head).set_index(head[:2]).sort_values("ratio", ascending=False)
+    tables = fatigue_tables(welds, of_joints, conditions, s, plan.campaign.years)
+    fatigue = JointFatigue(*tables, markov) if conditions else None
+    table = pd.DataFrame(uses, columns=["member", "place", "ratio", "clause", "case", "row"])
+    table = table.sort_values("ratio", ascending=False, kind="stable").drop_duplicates(["member", "place"])
+    return JointResults(frame, s, fatigue, table.set_index(["member", "place"]))
 
 
 def joint_blocks(r: JointResults | None) -> list[Block]:
