@@ -251,12 +251,12 @@ def make_campaign(
         "rotor_diameter": described.rotor_diameter,
         "electrical_system": described.electrical is not None,
     }
-    for below in (described.support, described.platform):
-        if below is not None:
-            data["depth"] = below.depth
+    for below in described.substructures:
+        data["depth"] = below.depth
     data |= settings
     if (standard := data.get("standard")) in AT_SEA:
-        if getattr(described, AT_SEA[standard]) is None:
+        stands = described.frame is not None and described.platform is None
+        if getattr(described, AT_SEA[standard]) is None and not (stands and AT_SEA[standard] == "support"):
             like = {"support": "iea15mw-monopile", "platform": "iea15mw-volturnus"}[AT_SEA[standard]]
             raise InputError(
                 f"standard {standard}: {turbine} has no {AT_SEA[standard]}; choose a turbine that has one, such as "
