@@ -53,13 +53,12 @@ def balanced(joint: Joint, stresses: Float, how: Classification) -> Float:
     Args:
       stresses: (n, T, 3) nominal stresses of the braces.
     """
-    same, opposite = joint.beside()
     if how == "geometry":
-        return ((same.sum(axis=1) == 1) & opposite.any(axis=1)).astype(float)[:, None]
+        return classes(joint, {}, how)[:, 1]
     sizes = np.array([brace.tube.modulus * sin(brace.angle) for brace in joint.braces])
     about = sizes[:, None] * stresses[:, :, 2]  # moments on the chord about its axis
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.clip(np.where(about != 0.0, -(opposite @ about) / about, 0.0), 0.0, 1.0)
+        return np.clip(np.where(about != 0.0, -(joint.beside()[1] @ about) / about, 0.0), 0.0, 1.0)
 
 
 def loads_of(tube: Tube, loads: Loads) -> Float:
