@@ -259,7 +259,11 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
 
 
 def _coordinates(turbine: Turbine, blade: ModalMember, tower: ModalMember) -> tuple[str, ...]:
-    names = [name if name.startswith(("base ", "pile ")) else f"tower {name}" for name in tower.names] + ["", "", ""]
+    names = [name if name.startswith(("base ", "pile ", "frame ")) else f"tower {name}" for name in tower.names] + [
+        "",
+        "",
+        "",
+    ]
     rows = rows_of(len(names))
     names[rows.yaw], names[rows.generator], names[rows.torsion] = "yaw", "generator", "drivetrain"
     for b in range(turbine.n_blades):
