@@ -16,7 +16,7 @@ from meltemi.core.yamlfile import validated
 from meltemi.exchange.openfast.airfoils import Polars, read_airfoils
 from meltemi.exchange.openfast.blade import add_torsion, read_aerodyn_blade, read_beamdyn, read_elastodyn_blade
 from meltemi.exchange.openfast.control import IDEAL_RATE, fixed_pitch, from_discon, simple_torque
-from meltemi.exchange.openfast.frame import read_frame
+from meltemi.exchange.openfast.frame import read_frame, rigid_body
 from meltemi.exchange.openfast.frame_water import frame_in_water
 from meltemi.exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi.exchange.openfast.mooring import read_mooring
@@ -28,6 +28,9 @@ from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.openfast.wind import read_inflow
 from meltemi.exchange.report import ImportedModel, Notes
+from meltemi.frames.definition import Frame
+from meltemi.frames.finite_elements import assemble
+from meltemi.frames.reduction import frequencies, tower_base
 from meltemi.sea.pile_beam import first_frequency
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import BaseMotion, Turbine
@@ -172,9 +175,18 @@ def _others(main: InputFile, v: Values, water: DeckWater | None, inflow: Path | 
             yield read_input(path, module)
 
 
-def _with_damping_ratio(turbine: Turbine, below: str, of_mass: float, of_stiffness: float) -> Turbine:
-    """The turbine on a pile or frame with the ratio that its Rayleigh damping has at the first natural frequency."""
+def _with_damping_ratio(
+    turbine: Turbine, below: str, of_mass: float, of_stiffness: float, internal: float = 0.0
+) -> Turbine:
+    """The turbine on a pile or frame with the ratio that its Rayleigh damping has at the first natural frequency.
+
+    Args:
+      internal: damping ratio of the first mode of a frame whose interface is held, to which stiffness adds damping.
+    """
     first = first_frequency(build(turbine).rotor.tower.modes)
+    if internal and turbine.frame is not None:
+        held = frequencies(assemble(turbine.frame, tower_base(turbine.frame, turbine.tower)), 1, fixed=True)
+        of_stiffness += 2.0 * internal / float(held[0])
     return turbine.replace(**{f"{below}.damping": 0.5 * (of_mass / first + of_stiffness * first)})
 
 
@@ -274,7 +286,7 @@ def _below_tower(
     elif sub is not None:
         data["frame"] = frame_in_water(water, read_frame(sub, v, v.notes), v.notes)
     if floats:
-        data |= _floating(main, v, water)
+        data |= _floating(main, v, water, data.get("frame"))
     else:
         v.unneeded("of a platform", "mooring_file")
     if "frame" not in data:
@@ -282,9 +294,13 @@ def _below_tower(
     return data
 
 
-def _floating(main: InputFile, v: Values, water: DeckWater) -> dict[str, Any]:
-    """Platform with its mooring lines, and the degrees of freedom of the tower base."""
+def _floating(main: InputFile, v: Values, water: DeckWater, frame: dict[str, Any] | None) -> dict[str, Any]:
+    """Platform with its mooring lines, and the degrees of freedom of the tower base; the frame is its elastic body."""
     platform = water.platform(v)
+    if frame is not None:
+        if frame.pop("rayleigh", None) is not None:
+            v.notes.add("ignored", frame["source"], "damping of the frame", "give frame.damping")
+        platform |= rigid_body(validated(frame, Frame, f"{main.path}: frame"))
     moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
     if moored is not None:
         lines = read_input(moored, "mooring")

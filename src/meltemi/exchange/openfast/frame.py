@@ -14,10 +14,13 @@ from typing import Any
 import numpy as np
 
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.exchange.openfast.text import Float, InputFile, number, read_input
+from meltemi.exchange.openfast.text import Float, InputFile, number, read_input, split
 from meltemi.exchange.openfast.tower import LUMP, springs
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import Notes
+from meltemi.frames.definition import Frame
+from meltemi.frames.finite_elements import assemble
+from meltemi.structure.beam import transfer
 
 Row = tuple[int, list[str]]
 BEAMS = {"1": "tube", "1c": "tube", "1r": "rectangle", "4": "general"}
@@ -273,7 +276,8 @@ def joint_mass(joint: str, mass: float, inertia: Sequence[float], centre: Sequen
 def read_frame(file: InputFile, v: Values, notes: Notes) -> dict[str, Any]:
     """Read a frame of SubDyn, without water, as keys of ``Frame``.
 
-    An additional key is ``rayleigh``: factors [1/s] of mass and [s] of stiffness, instead of a damping ratio.
+    An additional key is ``rayleigh``, instead of a damping ratio: factors [1/s] of mass and [s] of stiffness, and the
+    ratio of the first internal mode if it is given.
 
     Args:
       v: values of the main file and ElastoDyn, whose platform is the transition piece.
@@ -326,18 +330,21 @@ def _transition_piece(joint: str, place: Float, v: Values) -> list[dict[str, Any
 
 
 def _damping(sub: SubDyn, base: Float, v: Values) -> dict[str, Any]:
-    """Damping of the frame: Rayleigh's of the interface, or a matrix; that of internal modes is left out.
+    """Damping of the frame: Rayleigh's of the interface, or a matrix; and of internal modes.
 
     Raises:
       InputError: factors or matrix are malformed.
     """
     kind, content = sub.v.given("guyan_damping", 0), {}
-    if sub.v.given("mode_damping", [0.0])[0]:
-        why = (
-            "damps the internal modes alone, which are stiff; give frame.damping, a ratio of the first mode of the "
-            "turbine, if the members' steel shall damp"
+    modes = number(str(sub.v.given("modes", "0")))
+    if kind != 1 and modes and any(ratios := sub.v.given("mode_damping", [0.0])):
+        content["rayleigh"] = [0.0, 0.0, ratios[0]]
+        why = "frame.damping: in proportion to stiffness, so that the first internal mode has this ratio"
+        sub.v.note("approximated", "mode_damping", why)
+    else:
+        sub.v.unneeded(
+            "of internal modes: see Nmodes; the frame has one damping, that of GuyanDampMod 1", "mode_damping"
         )
-        sub.v.note("ignored", "mode_damping", why)
     if kind == 1:
         factors = sub.v.given("rayleigh", [])
         if len(factors) != 2:
@@ -349,16 +356,26 @@ def _damping(sub: SubDyn, base: Float, v: Values) -> dict[str, Any]:
     else:
         sub.v.unneeded("of GuyanDampMod 1", "rayleigh")
     entry = sub.file.find("GuyanDampSize")
-    if kind == 2 and entry is not None:
-        rows = [(entry.line + k, line.split()) for k, line in enumerate(sub.file.lines[entry.line : entry.line + 6], 1)]
-        if len(rows) < 6 or any(len(words) < 6 for _, words in rows):
-            raise InputError(f"{sub.file.at(entry.line)}: GuyanDampSize: expected six lines of six numbers")
-        matrix = np.array([numbers(sub.file, row, 0, 6, "Guyan damping") for row in rows])
-        content["interface_damping"] = moved(matrix, reference(v) - base)
-        sub.v.note("used", "damping_size", "frame.interface_damping: the matrix, about the tower's base")
-    else:
+    if kind != 2 or entry is None:
         sub.v.unneeded("of GuyanDampMod 2", "damping_size")
-    return content
+        return content
+    rows = [(entry.line + k, split(line)) for k, line in enumerate(sub.file.lines[entry.line : entry.line + 6], 1)]
+    if len(rows) < 6 or any(len(words) < 6 for _, words in rows):
+        raise InputError(f"{sub.file.at(entry.line)}: GuyanDampSize: expected six lines of six numbers")
+    matrix = np.array([numbers(sub.file, row, 0, 6, "Guyan damping") for row in rows])
+    sub.v.note("used", "damping_size", "frame.interface_damping: the matrix, about the tower's base")
+    return content | {"interface_damping": moved(matrix, reference(v) - base)}
+
+
+def rigid_body(frame: Frame) -> dict[str, Any]:
+    """Mass, centre and inertia of a frame with the liquid inside and growth, as keys of ``Platform``."""
+    assembly = assemble(frame)
+    arms = transfer(assembly.points).reshape(-1, 6)
+    whole = arms.T @ (assembly.mass @ arms)
+    mass = float(whole[0, 0])
+    centre = np.array([whole[1, 5], whole[2, 3], whole[0, 4]]) / mass
+    about = moved(whole, -centre)
+    return {"mass": mass, "centre": centre, "inertia": np.diag(about)[3:]}
 
 
 def reference(v: Values) -> Float:
@@ -368,8 +385,6 @@ def reference(v: Values) -> Float:
 
 def moved(matrix: Float, arm: Float) -> Float:
     """(6, 6) matrix about a point from that about another, which is at ``arm`` (3,) [m] from it."""
-    x, y, z = arm
-    motion = np.eye(6)
-    motion[:3, 3:] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    motion = transfer(arm)
     result: Float = motion.T @ matrix @ motion
     return result
