@@ -1,4 +1,4 @@
-"""Frames of many members in OpenFAST decks: SubDyn and HydroDyn of three generations, superelements, and the way back."""
+"""Frames of many members in OpenFAST decks: SubDyn and HydroDyn of three generations, superelements, and back again."""
 
 from __future__ import annotations
 
@@ -23,6 +23,7 @@ from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.report import Notes
 from meltemi.frames.definition import Frame
 from meltemi.io import write_openfast
+from meltemi.sea.kinds import sea_of
 
 BASE = 20.15
 GENERATIONS = (3, 4, 5)
@@ -266,3 +267,243 @@ def test_bad_tables(file: str, old: str, new: str, says: str, tmp_path: Path) ->
     with pytest.raises((InputError, UnsupportedError), match=says) as wrong:
         read(tmp_path, bad if file == "SubDyn" else sub, bad if file == "HydroDyn" else hydro)
     assert "\n" not in str(wrong.value)
+
+
+@cache
+def jacket() -> Turbine:
+    return load_turbine("nrel5mw-jacket")
+
+
+def again(turbine: Turbine, folder: Path) -> Frame:
+    main = write_openfast(turbine, folder, options=SIMPLE, duration=10.0).main
+    frame: Frame | None = read_deck(main, control_of=turbine).turbine.frame
+    assert frame is not None
+    return frame
+
+
+def same(a: Any, b: Any, where: str = "frame") -> None:
+    """Contents that are equal to nine digits."""
+    if isinstance(a, dict):
+        assert a.keys() == b.keys(), where
+        for key in a:
+            same(a[key], b[key], f"{where}.{key}")
+    elif isinstance(a, list | tuple | np.ndarray) and len(a) and not isinstance(a[0], float | int):
+        assert len(a) == len(b), where
+        for i, (x, y) in enumerate(zip(a, b, strict=True)):
+            same(x, y, f"{where}.{i}")
+    elif isinstance(a, float | list | tuple | np.ndarray):
+        assert b == pytest.approx(a, rel=1e-8, abs=1e-9), where
+    else:
+        assert a == b, where
+
+
+def test_a_frame_of_all_kinds_comes_back(tmp_path: Path) -> None:
+    tubes = {"diameter": 1.2, "thickness": 0.04}, {"diameter": 0.9, "thickness": 0.03}, {"diameter": 0.3}
+    sections: dict[str, Any] = {f"tube{i}": values for i, values in enumerate(tubes, 1)}
+    sections["rectangle1"] = {"kind": "rectangle", "width": 0.4, "height": 0.6, "thickness": 0.02, "density": 7000.0}
+    area = {"area": 0.05, "shear_area_x": 0.02, "shear_area_y": 0.03, "inertia_x": 4e-3, "inertia_y": 5e-3}
+    sections["general1"] = {"kind": "general", "torsion": 6e-3, "diameter": 0.5, "thickness": 0.05} | area
+    places = {"J4": (6.0, -10.0), "J7": (4.0, BASE), "J1": (8.0, -30.0)}
+    joints = {
+        f"J{int(first[1:]) + i}": [r * math.cos(2.1 * i), r * math.sin(2.1 * i), z]
+        for first, (r, z) in sorted(places.items())
+        for i in range(3)
+    }
+    middle = 0.5 * (np.array(joints["J1"]) + joints["J5"])
+    joints |= {"J10": [1.0, 0.0, 22.0], "J11": joints["J6"], "J12": middle.tolist()}
+    members: dict[str, Any] = {}
+
+    def add(a: int, b: int, section: str, **keys: Any) -> None:
+        members[f"M{len(members) + 1}"] = {"joints": (f"J{a}", f"J{b}"), "section": section, **keys}
+
+    for i in (1, 2, 3):
+        add(i, i + 3, "tube1", flooded=True)
+        add(i + 3, i + 6, "tube1", end_section="tube2")
+    add(4, 5, "tube3", hydrodynamics="M7")
+    add(5, 6, "tube2", filled_to=-10.2, fill_density=1100.0)
+    add(6, 4, "rectangle1", spin=0.3, hydrodynamics="M9")
+    add(7, 8, "general1", spin=-0.2)
+    add(8, 9, "tube2", potential_flow=True, hydrodynamics="dry")
+    add(9, 7, "tube2", potential_flow=True, hydrodynamics="dry")
+    add(1, 12, "tube2")
+    add(12, 5, "tube2")
+    add(11, 2, "tube2")
+    add(2, 6, "-", kind="cable", axial_stiffness=2e8, line_mass=40.0, pretension=1e4)
+    add(7, 10, "-", kind="rigid", line_mass=15.0)
+    stiffness = np.diag([1e9, 2e9, 3e9, 1e8, 2e8, 3e8])
+    stiffness[0, 4] = stiffness[4, 0] = 1e7
+    add(6, 11, "-", kind="spring", stiffness=stiffness)
+    ground = {"stiffness": np.diag([1e9, 2e9, 3e9, 4e10, 5e10, 6e10]), "mass": np.diag([1e3] * 3 + [0.0] * 3)}
+    other = {"drag": 0.7, "added_mass": 0.8, "pressure": 0.9, "grown_drag": 1.1}
+    frame = Frame.model_validate({
+        "depth": 30.0, "joints": joints, "sections": sections, "members": members,
+        "feet": [{"joint": "J1"}, {"joint": "J2"}, {"joint": "J3", **ground}], "interface": ("J7", "J8", "J9"),
+        "masses": [{"joint": "J10", "mass": 2e4, "inertia": [1e3, 2e3, 3e3, 10.0, 20.0, 30.0]},
+                   {"joint": "J7", "mass": 5e4, "centre": [-1.0, 0.5, 2.0]}],
+        "releases": {"J12": {"kind": "pin", "axis": [0.6, 0.8, 0.0], "stiffness": 1e5}}, "divisions": 3,
+        "damping": 0.008, "hydrodynamics": {"drag": 0.9, "added_mass": 0.95},
+        "other_hydrodynamics": {"M7": other, "M9": other | {"drag": 2.0}, "dry": dict.fromkeys(("drag", "added_mass",
+                                                                                              "pressure"), 0.0)},
+        "ends": {"pressure": 1.0}, "other_ends": {"J4": {"drag": 4.0, "added_mass": 0.5, "pressure": 1.0}},
+        "growth": [{"bottom": -25.0, "top": -8.0, "thickness": 0.05, "density": 1200.0},
+                   {"bottom": -8.0, "top": -1.0, "thickness": 0.1, "density": 1300.0}],
+        "piece": 1.25, "water_density": 1020.0,
+    })  # fmt: skip
+    turbine = jacket().replace(frame=frame)
+    found = again(turbine, tmp_path).content()
+    assert found["damping"] == pytest.approx(0.008, rel=0.005)  # of its mode shapes by polynomials
+    edges = [edge for layer in found["growth"] for edge in (layer["bottom"], layer["top"])]
+    assert edges == pytest.approx([-24.999, -8.001, -7.999, -1.001], abs=1e-6)  # steps of the table
+    left_out = dict.fromkeys(("damping", "growth", "source"))
+    same(frame.content() | left_out, found | left_out)
+
+
+def test_a_matrix_of_the_interface_comes_back(tmp_path: Path) -> None:
+    damping = np.diag([1e5, 2e5, 3e5, 4e6, 5e6, 6e6])
+    damping[0, 4] = damping[4, 0] = -1e5
+    frame = jacket().frame
+    assert frame is not None
+    frame = frame.replace(interface_damping=damping)
+    written = write_openfast(jacket().replace(frame=frame), tmp_path, options=SIMPLE, duration=10.0)
+    assert any(note.what == "frame.damping" for note in written.notes)
+    found = read_deck(written.main, control_of=jacket()).turbine.frame
+    assert found is not None and found.interface_damping == pytest.approx(damping)
+    assert found.damping == pytest.approx(frame.damping, rel=0.005)  # by that of the internal modes
+    for old, new in zip(frame.members.values(), found.members.values(), strict=True):
+        same(frame.sections[old.section].content(), found.sections[new.section].content())
+        same([frame.joints[j] for j in old.joints], [found.joints[j] for j in new.joints])
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"feet": [{"joint": "footA", "soil": {"layers": [{"kind": "sand", "top": 0.0, "friction_angle": 0.6,
+          "weight": 9e3}]}, "pile_length": 30.0, "pile_section": "pile"}]}, "frame.feet: soil at joint footA: SubDyn"),
+        ({"hydrodynamics": {"diffraction": "maccamy_fuchs"}}, "diffraction by cylinders of one diameter, without"),
+    ],
+)  # fmt: skip
+def test_frames_that_openfast_lacks(change: dict[str, Any], says: str, tmp_path: Path) -> None:
+    frame = jacket().frame
+    assert frame is not None
+    turbine = jacket().replace(frame=frame.replace(**change))
+    sea = sea_of({"kind": "regular", "height": 2.0, "period": 8.0}, "sea")
+    with pytest.raises(UnsupportedError, match=says):
+        write_openfast(turbine, tmp_path, options=SIMPLE, duration=10.0, sea=sea)
+    assert not list(tmp_path.iterdir())
+
+
+def superelement(kind: str, modes: int) -> tuple[dict[str, np.ndarray[Any, Any]], str]:
+    """Matrices of a superelement, and their file in one of three formats."""
+    n = 6 + modes
+    rng = np.random.default_rng(3)
+    matrices = {}
+    for name, scale in (("mass", 1e5), ("damping", 1e4), ("stiffness", 1e9)):
+        half = rng.normal(size=(n, n))
+        matrices[name] = scale * (half @ half.T + n * np.eye(n))
+        matrices[name][6:, :6] = matrices[name][:6, 6:] = 0.0 if name != "mass" else 1.0
+    matrices["mass"][6:, 6:], matrices["stiffness"][6:, 6:] = np.eye(modes), np.diag((40.0 + np.arange(modes)) ** 2)
+    text = {"guyan": "a title\n", "flex": f"!Comment\n!Dimension: {n}\n", "five": f"!Dimension: {n}\n"}[kind]
+    mark, between = {"guyan": ("#", ""), "flex": ("!", f"!Dimension: {n}\n"), "five": ("!", "")}[kind]
+    for name, matrix in matrices.items():
+        rows = "\n".join(" ".join(f"{x:.10e}" for x in row) for row in matrix)
+        text += f"{mark}{name.capitalize()} Matrix\n{between}{rows}\n\n"
+    if kind == "guyan":
+        text += "#Loading\ntime Fx\n(s) (N)\n0.0 " + "0 " * n + "\n1.0 " + "5 " * n + "\n"
+    return matrices, text
+
+
+@pytest.mark.parametrize(("kind", "modes"), [("guyan", 0), ("flex", 2), ("five", 3)])
+def test_a_superelement_is_a_foundation(kind: str, modes: int, tmp_path: Path) -> None:
+    main = write_openfast(load_turbine("nrel5mw"), tmp_path, options=SIMPLE, duration=10.0).main
+    matrices, text = superelement(kind, modes)
+    (tmp_path / "matrices.dat").write_text(text)
+    (tmp_path / "ExtPtfm.dat").write_text("title\na title\n0 FileFormat\n'matrices.dat' Red_FileName\nEND\n")
+    main.write_text(re.sub(r'0( +CompSub.*)((.|\n)*)"unused"( +SubFile)', r'2\1\2"ExtPtfm.dat"\4', main.read_text()))
+    elastodyn = tmp_path / "ElastoDyn.dat"
+    for name, value in (("PtfmMass", 2e5), ("PtfmCMzt", -3.0), ("PtfmPIner", 1e6), ("PtfmRefzt", -1.0)):
+        elastodyn.write_text(re.sub(rf"\S+( +{name} )", rf"{value}\1", elastodyn.read_text()))
+    deck = read_deck(main, control_of=load_turbine("nrel5mw"))
+    foundation = deck.turbine.foundation
+    assert foundation is not None and not foundation.motions
+    # the reference point is 1 m below the tower's base
+    arm = np.eye(6)
+    arm[0, 4], arm[1, 3] = -1.0, 1.0
+    assert foundation.stiffness == pytest.approx(arm.T @ matrices["stiffness"][:6, :6] @ arm)
+    assert foundation.damping == pytest.approx(arm.T @ matrices["damping"][:6, :6] @ arm)
+    piece = np.diag([2e5, 2e5, 2e5, 9 * 2e5, 9 * 2e5 + 1e6, 0.0])
+    piece[0, 4] = piece[4, 0] = -3 * 2e5
+    piece[1, 3] = piece[3, 1] = 3 * 2e5
+    assert foundation.mass == pytest.approx(arm.T @ matrices["mass"][:6, :6] @ arm + piece)
+    left = [n.why for n in deck.notes if n.what == f"{modes} internal modes"]
+    assert bool(left) == bool(modes) and all(f"{40.0 / math.tau:.3g} Hz" in why for why in left)
+    assert any(n.what == "loads of the superelement" for n in deck.notes) == (kind == "guyan")
+    (tmp_path / "matrices.dat").write_text(text.replace("e+09 ", "e+09 x", 1))
+    with pytest.raises(
+        InputError, match=r"matrices.dat:\d+: expected a stiffness matrix of 6 rows and columns or more"
+    ):
+        read_deck(main, control_of=load_turbine("nrel5mw"))
+
+
+@pytest.fixture(scope="module")
+def decks(reference: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Working copies of the reference decks, parked ones with the aerodynamics of a turning one."""
+    source = reference / "openfast_members/decks"
+    if not source.is_dir():
+        pytest.skip(f"needs the OpenFAST decks in {source}")
+    folder = tmp_path_factory.mktemp("members")
+    for path in source.rglob("*"):
+        if path.is_file():
+            target = folder / path.relative_to(source)
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(path.read_bytes())
+    for name in ("J2_decay_dry", "T3_H6T10", "S1_decay"):
+        for file in ("AeroDyn.dat", "InflowWind.dat"):
+            (folder / name / file).write_bytes((source / "J6_20" / file).read_bytes())
+        main = folder / name / "run.fst"
+        main.write_text(re.sub(r"^0( +CompAero)", r"2\1", main.read_text(), flags=re.MULTILINE))
+    return folder
+
+
+@pytest.mark.slow
+def test_the_reference_decks(decks: Path, tmp_path: Path) -> None:
+    """Masses by SubDyn's summaries (shared/reference/openfast_members), without transition piece and water."""
+    control = load_turbine("nrel5mw")
+    for name, joints, members, mass in (("J6_20", 64, 112, 673882.7), ("T3_H6T10", 158, 163, 858127.4)):
+        turbine = read_deck(decks / name / "run.fst", control_of=control).turbine
+        frame = turbine.frame
+        assert frame is not None and (len(frame.joints), len(frame.members)) == (joints, members)
+        dry = {n: m.replace(flooded=False, filled_to=None) for n, m in frame.members.items()}
+        bare = frame.replace(masses=(), growth=(), members=dry)
+        assert rigid_body(bare)["mass"] == pytest.approx(mass, abs=0.06)
+        found = again(turbine, tmp_path / name)
+        left_out = dict.fromkeys(("damping", "source"))
+        same(frame.content() | left_out, found.content() | left_out)
+    dry_deck = read_deck(decks / "J2_decay_dry/run.fst", control_of=control).turbine.frame
+    assert dry_deck is not None and all(m.potential_flow for m in dry_deck.members.values())
+
+
+@pytest.mark.slow
+def test_a_floating_frame_has_its_platform(decks: Path) -> None:
+    """Mass with ballast 3 710 433 kg + 95.19 MN / g, volume 13 919 m^3 (README of the reference)."""
+    turbine = read_deck(decks / "S1_decay/run.fst", control_of=load_turbine("nrel5mw")).turbine
+    frame, platform = turbine.frame, turbine.platform
+    assert frame is not None and platform is not None
+    assert (len(frame.joints), len(frame.members), frame.feet, frame.interface) == (56, 67, (), ("J5",))
+    assert platform.mass == pytest.approx(3710433 + 95.19e6 / 9.80665, rel=1e-3)
+    assert platform.volume == pytest.approx(13919.0, rel=1e-3)
+    assert len(platform.lines) == 3 and {m.kind for m in frame.members.values()} == {"beam", "rigid"}
+    with pytest.raises(UnsupportedError, match="a floating frame is not written"):
+        write_openfast(turbine, decks / "out", options=SIMPLE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", ["SubDyn", "HydroDyn", "SeaState"])
+def test_keywords_are_in_the_order_of_openfast(module: str, decks: Path, tmp_path: Path) -> None:
+    write_openfast(jacket(), tmp_path, options=SIMPLE, duration=10.0)
+    orders = [
+        [name for name, _ in sorted(((k, e[0].line) for k, e in file.entries.items()), key=lambda pair: pair[1])]
+        for file in (read_input(folder / f"{module}.dat", module) for folder in (tmp_path, decks / "J6_20"))
+    ]
+    both = set(orders[0]) & set(orders[1])
+    assert [k for k in orders[0] if k in both] == [k for k in orders[1] if k in both]
+    assert len(both) >= 0.95 * len(orders[0])

@@ -93,6 +93,10 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
         raise UnsupportedError(f"{turbine.name}: a deck has no ice; take it off with with_ice(turbine, None)")
     if turbine.imbalance is not None:
         raise UnsupportedError(f"{turbine.name}: a deck has blades of one kind; take the imbalance off: imbalance=None")
+    if turbine.frame is not None and turbine.platform is not None:
+        raise UnsupportedError(
+            f"{turbine.name}: a floating frame is not written; take it off for a rigid platform: frame=None"
+        )
     if beamdyn and not turbine.blade.structure.twists:
         raise UnsupportedError(f"{turbine.name}: BeamDyn needs blade.structure.torsion_stiffness, or 6 x 6 matrices")
     deck, notes = deck_of(turbine, options or ModelOptions(), environment or Environment()), DeckNotes(turbine.name)
@@ -137,8 +141,6 @@ def _water(deck: ExportModel, notes: DeckNotes, sea: Sea, duration: float) -> Te
     texts: Texts = {}
     pile, frame, platform = deck.turbine.support, deck.turbine.frame, deck.turbine.platform
     assert deck.below is not None, "at sea"
-    if frame is not None and platform is not None:
-        raise UnsupportedError("frame: a floating frame is not written; remove it for a rigid platform (frame: none)")
     if frame is None or frames.wet_members(frame):
         water.sea_state(texts, deck.title, sea, duration, deck.below)
     first = first_frequency(deck.model.rotor.tower.modes) if deck.stands else 0.0
