@@ -244,12 +244,12 @@ def test_coefficients_by_depth_diffraction_and_members_elsewhere(tmp_path: Path)
 @pytest.mark.parametrize(
     ("file", "old", "new", "says"),
     [
-        ("SubDyn", "\n9 5 6 3 3", "\n9 5 66 3 3", r"SubDyn.dat:\d+: member 9 names joint 66; the table of NJoints"),
+        ("SubDyn", "\n9 5 6 3 3", "\n9 5 66 3 3", r"SubDyn.dat:\d+: joint 66 is named here; the table of NJoints"),
         ("SubDyn", "\n9 5 6 3 3", "\n9 5 6 3 7", r"SubDyn.dat:\d+: member 9 names tube7; it is not defined"),
         ("SubDyn", "3 3 1c 0\n10", "3 3 9 0\n10", r"SubDyn.dat:\d+: MType 9: expected 1, 1c, 1r, 2, 3, 4 or 5"),
         ("SubDyn", "0.6 0.02", "0.6 0.4", r"SubDyn.dat:\d+: the wall of 0.4 m is more than half of 0.6 m"),
         ("SubDyn", "\n2 -8.0 8.0", "\n1 -8.0 8.0", r"SubDyn.dat: the table of NJoints has a joint twice"),
-        ("SubDyn", "7850 0.6", "steel 0.6", r"SubDyn.dat:\d+: NPropSetsCyl: expected a number, found 'steel'"),
+        ("SubDyn", "7850 0.6", "steel 0.6", r"SubDyn.dat:\d+: expected a number in column 4, found 'steel'"),
         ("SubDyn", "\n12 1 1 1 1", "\n12 2 1 1 1", r"SubDyn.dat: NInterf: 2 transition pieces: one that holds"),
         ("SubDyn", "\n12 1 1 1 1", "\n12 1 0 1 1", r"SubDyn.dat:\d+: a joint of the interface has to be fixed"),
         ("SubDyn", "4e5 0 0 0 0 0\n", "4e5 0 0 0 0\n", r"SubDyn.dat:\d+: GuyanDampSize: expected six lines of six"),

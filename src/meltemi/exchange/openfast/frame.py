@@ -6,9 +6,10 @@ sections, and the spin of a member in place of a matrix of its axes.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -22,81 +23,96 @@ from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import assemble
 from meltemi.structure.beam import transfer
 
-Row = tuple[int, list[str]]
 BEAMS = {"1": "tube", "1c": "tube", "1r": "rectangle", "4": "general"}
 """Kind of section by type of member."""
-OTHERS = {"2": "cable", "3": "rigid", "5": "spring"}
+OTHERS = {
+    "2": ("cable", "NCablePropSets", ("axial_stiffness", "line_mass", "pretension")),
+    "3": ("rigid", "NRigidPropSets", ("line_mass",)),
+    "5": ("spring", "NSpringPropSets", tuple(f"k{i}{j}" for i in range(1, 7) for j in range(i, 7))),
+}
+"""Kind of other members by their type, table and columns of their properties."""
 JOINTS = {2: "universal", 3: "pin", 4: "ball"}
 """Kind of release by type of joint."""
-HELD = 1e13
-"""[N/m, N m/rad] spring in a direction that is fixed at a foot that is free in others."""
 SECTIONS: dict[str, tuple[tuple[str, ...], str]] = {
     "tube": (("NPropSetsCyl", "NPropSets"), "diameter thickness"),
     "rectangle": (("NPropSetsRec",), "width height thickness"),
-    "general": (("NXPropSets",), "area shear_area_x shear_area_y inertia_x inertia_y polar torsion"),
+    "general": (("NXPropSets",), "area shear_area_x shear_area_y inertia_x inertia_y torsion"),
 }
 """Keywords of the tables of sections, and their columns after elastic modulus, shear modulus and density."""
+HELD = 1e13
+"""[N/m, N m/rad] spring in a direction that is fixed at a foot that is free in others."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table: its words and their line in the file."""
+
+    file: InputFile
+    line: int
+    words: list[str]
+
+    def error(self, text: str) -> InputError:
+        """An error with file and line."""
+        return InputError(f"{self.file.at(self.line)}: {text}")
+
+    def numbers(self, first: int, last: int | None = None) -> list[float]:
+        """Numbers from one column up to another, by default the end.
+
+        Raises:
+          InputError: one is not a number.
+        """
+        values = [number(word.strip("'\"")) for word in self.words[first:last]]
+        if None in values:
+            column = first + values.index(None)
+            raise self.error(f"expected a number in column {column + 1}, found {self.words[column]!r}")
+        return [value for value in values if value is not None]
+
+    def name(self, letter: str, column: int = 0) -> str:
+        """Name of a joint, member or section by its number in a column."""
+        return f"{letter}{int(self.numbers(column, column + 1)[0])}"
 
 
 def table(file: InputFile, names: Sequence[str], least: int, notes: Notes) -> list[Row]:
-    """Rows of a table with their lines; none if the file does not have it.
+    """Rows of a table; none if the file does not have it.
 
     Raises:
       InputError: the table is malformed; a row has fewer words than ``least``.
     """
     entry = file.find(*names)
-    if entry is None or not (count := file.count(entry)):
+    count = 0 if entry is None else file.count(entry)
+    if entry is None or not count:
         return []
-    rows = file.rows(entry, count, notes=notes)[1]
-    for line, words in rows:
-        if len(words) < least:
-            raise InputError(
-                f"{file.at(line)}: the table of {entry.name} has {least} columns or more, found {len(words)}"
-            )
+    rows = [Row(file, line, words) for line, words in file.rows(entry, count, notes=notes)[1]]
+    for row in rows:
+        if len(row.words) < least:
+            raise row.error(f"the table of {entry.name} has {least} columns or more, found {len(row.words)}")
     return rows
 
 
-def numbers(file: InputFile, row: Row, first: int, last: int | None, what: str) -> list[float]:
-    """Numbers of a row from one column up to another.
-
-    Raises:
-      InputError: one is not a number.
-    """
-    line, words = row
-    values = [number(word) for word in words[first:last]]
-    if any(value is None for value in values):
-        bad = words[first + values.index(None)]
-        raise InputError(f"{file.at(line)}: {what}: expected a number, found {bad!r}")
-    return [value for value in values if value is not None]
-
-
 class SubDyn:
-    """Tables of a SubDyn file as keys of ``Frame``; a reader has file, notes and the positions of joints (3,) [m]."""
+    """Tables of a SubDyn file as keys of ``Frame``; ``joints`` are positions (3,) [m] by name."""
 
     def __init__(self, file: InputFile, notes: Notes) -> None:
         self.file, self.notes = file, notes
         self.v = Values(notes, replace(file, module="SubDyn frame"))
         self.new = file.find("NPropSetsRec") is not None
         self.joint_rows = table(file, ["NJoints"], 4, notes)
-        self.joints = {self.name("J", row): np.array(numbers(file, row, 1, 4, "JointXss")) for row in self.joint_rows}
+        self.joints = {row.name("J"): np.array(row.numbers(1, 4)) for row in self.joint_rows}
         if len(self.joints) < len(self.joint_rows):
             raise InputError(f"{file.path}: the table of NJoints has a joint twice")
 
-    def name(self, letter: str, row: Row, column: int = 0) -> str:
-        """Name of a joint, member or section by its number."""
-        return f"{letter}{int(numbers(self.file, row, column, column + 1, 'a number of a row')[0])}"
+    def rows(self, name: str, least: int) -> list[Row]:
+        """Rows of a table."""
+        return table(self.file, [name], least, self.notes)
 
-    def joint(self, row: Row, column: int, what: str) -> str:
+    def joint(self, row: Row, column: int = 0) -> str:
         """Name of a joint that another table refers to.
 
         Raises:
           InputError: there is none with this number.
         """
-        name = self.name("J", row, column)
-        if name not in self.joints:
-            raise InputError(
-                f"{self.file.at(row[0])}: {what} names joint {name[1:]}; the table of NJoints does not have it"
-            )
+        if (name := row.name("J", column)) not in self.joints:
+            raise row.error(f"joint {name[1:]} is named here; the table of NJoints does not have it")
         return name
 
     def sections(self) -> dict[str, dict[str, Any]]:
@@ -104,18 +120,16 @@ class SubDyn:
         content: dict[str, dict[str, Any]] = {}
         for kind, (names, columns) in SECTIONS.items():
             keys = ["elastic_modulus", "shear_modulus", "density", *columns.split()]
-            for row in table(self.file, names, 1 + len(keys) - (kind == "general"), self.notes):
-                values = dict(zip(keys, numbers(self.file, row, 1, 1 + len(keys), names[0]), strict=False))
-                if kind == "general":  # before OpenFAST 5 one constant is that of torsion and of its inertia
-                    values["torsion"] = values.get("torsion", values["polar"])
-                    del values["polar"]
-                each = {name: x for name, x in values.items() if x > 0.0 or name == "density"}
+            for row in table(self.file, names, 1 + len(keys), self.notes):
+                values = row.numbers(1, 1 + len(keys))
+                if kind == "general" and self.new:  # the constant of torsion follows that of inertia
+                    values[-1:] = row.numbers(1 + len(keys), 2 + len(keys))
+                pairs = zip(keys, values, strict=True)
+                each = {name: x for name, x in pairs if x > 0.0 or name == "density"}
                 across = min(each.get(name, math.inf) for name in ("diameter", "width", "height"))
                 if 2.0 * each.get("thickness", 0.0) > across * (1.0 + 1e-9):
-                    raise InputError(
-                        f"{self.file.at(row[0])}: the wall of {each['thickness']:g} m is more than half of {across:g} m"
-                    )
-                content[self.name(kind, row)] = {"kind": kind, **each}
+                    raise row.error(f"the wall of {each['thickness']:g} m is more than half of {across:g} m")
+                content[row.name(kind)] = {"kind": kind, **each}
         return content
 
     def members(self, sections: dict[str, Any]) -> dict[str, dict[str, Any]]:
@@ -125,110 +139,91 @@ class SubDyn:
           InputError: a member names joints or properties that are not there.
           UnsupportedError: it is of another kind.
         """
-        others = {
-            "2": {self.name("", row): row for row in table(self.file, ["NCablePropSets"], 4, self.notes)},
-            "3": {self.name("", row): row for row in table(self.file, ["NRigidPropSets"], 2, self.notes)},
-            "5": {self.name("", row): row for row in table(self.file, ["NSpringPropSets"], 22, self.notes)},
+        old = len(self.joint_rows[0].words) < 9 or number(self.joint_rows[0].words[4]) is None
+        properties = {
+            f"{kind}{row.name('')}": (row, dict(zip(columns, row.numbers(1, 1 + len(columns)), strict=True)))
+            for kind, keyword, columns in OTHERS.values()
+            for row in self.rows(keyword, 1 + len(columns))
         }
-        old = len(self.joint_rows[0][1]) < 9 or number(self.joint_rows[0][1][4]) is None
         content: dict[str, dict[str, Any]] = {}
-        for row in table(self.file, ["NMembers"], 5 if old else 7, self.notes):
-            line, words = row
-            kind = "1" if old else words[5].lower().strip("'\"")
-            a, b = (self.joint(row, k, f"member {words[0]}") for k in (1, 2))
+        for row in self.rows("NMembers", 5 if old else 7):
+            kind = "1" if old else row.words[5].lower().strip("'\"")
+            if kind not in BEAMS | OTHERS:
+                expected = "1, 1c, 1r, 2, 3, 4 or 5, as OpenFAST 5 has them"
+                raise UnsupportedError(f"{self.file.at(row.line)}: MType {row.words[5]}: expected {expected}")
+            names = [row.name(BEAMS[kind] if kind in BEAMS else OTHERS[kind][0], column) for column in (3, 4)]
+            for name in names[: 1 + (kind in BEAMS)]:
+                if name not in (sections if kind in BEAMS else properties):
+                    raise row.error(f"member {row.words[0]} names {name}; it is not defined")
+            each: dict[str, Any] = {"joints": (self.joint(row, 1), self.joint(row, 2))}
             if kind in BEAMS:
-                first, second = (self.name(BEAMS[kind], row, k) for k in (3, 4))
-                place = next((x for x in (first, second) if x not in sections), None)
-                each: dict[str, Any] = {"section": first} | ({} if first == second else {"end_section": second})
-                if place is None and sections[first]["kind"] != "tube" and (spin := self._spin(row)):
-                    each["spin"] = spin
-            elif kind in OTHERS:
-                first = self.name("", row, 3)
-                place = None if first in others[kind] else f"property set {first}"
-                if place is None:
-                    each = {"kind": OTHERS[kind], "section": "-"} | self._other(kind, others[kind][first], row)
+                each |= {"section": names[0]} | ({"end_section": names[1]} if names[0] != names[1] else {})
+                each |= {"spin": self._spin(row)} if BEAMS[kind] != "tube" else {}
             else:
-                raise UnsupportedError(
-                    f"{self.file.at(line)}: MType {words[5]}: expected 1, 1c, 1r, 2, 3, 4 or 5, as OpenFAST 5 has them"
-                )
-            if place is not None:
-                raise InputError(f"{self.file.at(line)}: member {words[0]} names {place}; it is not defined")
-            content[self.name("M", row)] = {"joints": (a, b), **each}
+                each |= {"section": "-", "kind": OTHERS[kind][0]}
+                values = properties[names[0]][1]
+                each |= {"stiffness": self._spring(row, list(values.values()))} if kind == "5" else values
+            content[row.name("M")] = each
         return content
 
-    def _other(self, kind: str, properties: Row, row: Row) -> dict[str, Any]:
-        values = numbers(self.file, properties, 1, 22 if kind == "5" else 4 if kind == "2" else 2, "properties")
-        if kind == "2":
-            stiffness, mass, tension = values
-            return {"axial_stiffness": stiffness, "line_mass": mass, "pretension": tension}
-        if kind == "3":
-            return {"line_mass": values[0]}
+    def _spring(self, row: Row, values: list[float]) -> Float:
+        """(6, 6) stiffness of a spring, from its upper triangle about the axes that the last column refers to."""
         k = np.zeros((6, 6))
         k[np.triu_indices(6)] = values
-        turn = np.kron(np.eye(2), self._cosines(row).T)
-        return {"stiffness": turn @ (np.triu(k) + np.triu(k, 1).T) @ turn.T}
-
-    def _cosines(self, row: Row) -> Float:
-        """(3, 3) axes x, y, z of a member as rows, from the table that its last column refers to."""
-        wanted = numbers(self.file, row, 6, 7, "COSMID")[0]
-        rows = table(self.file, ["NCOSMs"], 10, self.notes)
-        if wanted == -1.0 or not rows:
-            return np.eye(3)
-        for each in rows:
-            if numbers(self.file, each, 0, 1, "COSMID")[0] == wanted:
-                return np.array(numbers(self.file, each, 1, 10, "COSM11")).reshape(3, 3)
-        raise InputError(f"{self.file.at(row[0])}: COSMID {wanted:g}: the table of NCOSMs does not have it")
+        k = np.triu(k) + np.triu(k, 1).T
+        axes = {each.name(""): np.reshape(each.numbers(1, 10), (3, 3)) for each in self.rows("NCOSMs", 10)}
+        if not axes or (wanted := row.name("", 6)) == "-1":
+            return k
+        if wanted not in axes:
+            raise row.error(f"COSMID {wanted}: the table of NCOSMs does not have it")
+        turn = np.kron(np.eye(2), axes[wanted].T)
+        return turn @ k @ turn.T
 
     def _spin(self, row: Row) -> float:
         """[rad] spin of the section of a member about its axis, which decks before OpenFAST 5 do not have."""
-        spin = numbers(self.file, row, 6, 7, "MSpin")[0]
+        (spin,) = row.numbers(6, 7)
         if spin == -1.0 and self.new:
             why = "-1 degree, as OpenFAST 5 reads it; in decks before it was a member without matrix of its axes"
-            self.notes.add("warning", self.file.place(row[0]), f"MSpin of member {row[1][0]} is -1", why)
+            self.notes.add("warning", self.file.place(row.line), f"MSpin of member {row.words[0]} is -1", why)
         if spin != -1.0 and not self.new:
-            what, why = f"COSMID of member {row[1][0]}", "x of its section is horizontal"
-            self.notes.add("approximated", self.file.place(row[0]), what, why)
+            what, why = f"COSMID of member {row.words[0]}", "x of its section is horizontal"
+            self.notes.add("approximated", self.file.place(row.line), what, why)
         return math.radians(spin) if self.new else 0.0
 
     def releases(self, members: dict[str, Any]) -> dict[str, dict[str, Any]]:
         """Joints that are not rigid, with their axes."""
         content: dict[str, dict[str, Any]] = {}
         for row in self.joint_rows:
-            if len(row[1]) < 9 or number(row[1][4]) in (None, 1.0):
+            if len(row.words) < 9 or number(row.words[4]) in (None, 1.0):
                 continue
-            kind, *axis, stiffness = numbers(self.file, row, 4, 9, "JointType")
+            kind, *axis, stiffness = row.numbers(4, 9)
             if kind not in JOINTS:
-                raise InputError(f"{self.file.at(row[0])}: JointType {kind:g}: expected 1, 2, 3 or 4")
-            joint, each = self.name("J", row), {"kind": JOINTS[int(kind)], "stiffness": stiffness}
-            if kind == 2:  # about both directions across the mean of its two members
+                raise row.error(f"JointType {kind:g}: expected 1, 2, 3 or 4")
+            joint, each = row.name("J"), {"kind": JOINTS[int(kind)], "stiffness": stiffness}
+            if kind == 2:  # about both directions across the mean of its members
                 ends = [[self.joints[j] for j in m["joints"]] for m in members.values() if joint in m["joints"]]
                 along = [(b - a) / np.linalg.norm(b - a) for a, b in ends]
-                each["axis"] = sum((math.copysign(1.0, d @ along[0]) * d for d in along), np.zeros(3))
-            if kind == 3:
-                each["axis"] = np.array(axis)
-            content[joint] = each
+                axis = np.sum([math.copysign(1.0, d @ along[0]) * d for d in along], axis=0).tolist()
+            content[joint] = each | ({"axis": np.array(axis)} if kind != 4 else {})
         return content
 
     def feet(self) -> list[dict[str, Any]]:
         """Joints on the ground: clamped, or with springs and mass of an SSI file where they are free."""
         content = []
-        for row in table(self.file, ["NReact"], 1, self.notes):
-            line, words = row
-            each: dict[str, Any] = {"joint": self.joint(row, 0, "RJointID")}
-            fixed = np.array(numbers(self.file, row, 1, 7, "RctTDXss")) == 1.0
+        for row in self.rows("NReact", 1):
+            each: dict[str, Any] = {"joint": self.joint(row)}
+            fixed = np.array(row.numbers(1, 7)) == 1.0
             if len(fixed) == 6 and not fixed.all():
-                path = self.file.file(words[7], line) if len(words) > 7 else None
-                ground = {"stiffness": np.zeros((6, 6)), "mass": np.zeros((6, 6))}
+                path = self.file.file(row.words[7], row.line) if len(row.words) > 7 else None
+                ground: dict[str, Any] = {"stiffness": np.zeros((6, 6)), "mass": np.zeros((6, 6))}
                 if path is not None:
                     ground = springs(read_input(path, "SSI"))
                     self.notes.add("used", path.name, "springs and mass under a foot", "frame.feet")
-                for matrix in (ground["stiffness"], ground["mass"]):
-                    matrix[fixed, :] = matrix[:, fixed] = 0.0
-                ground["stiffness"][fixed, fixed] = HELD
+                each |= {name: np.where(fixed[:, None] | fixed, 0.0, ground[name]) for name in ("stiffness", "mass")}
+                each["stiffness"][fixed, fixed] = HELD
                 if fixed.any():
                     why = f"springs of {HELD:g} N/m and N m/rad in the {fixed.sum()} directions that are fixed"
-                    self.notes.add("approximated", self.file.place(line), f"foot at joint {words[0]}", why)
-                each |= {"stiffness": ground["stiffness"]} | ({"mass": ground["mass"]} if ground["mass"].any() else {})
+                    self.notes.add("approximated", self.file.place(row.line), f"foot at joint {row.words[0]}", why)
             content.append(each)
         return content
 
@@ -240,37 +235,32 @@ class SubDyn:
           UnsupportedError: there are several transition pieces.
         """
         content: dict[int, list[str]] = {}
-        for row in table(self.file, ["NInterf"], 1, self.notes):
-            line, words = row
-            many = next((k for k, word in enumerate(words) if number(word) is None), len(words))
-            piece = int(number(words[1]) or 0) if many in (2, 8) else 1
-            if not all(numbers(self.file, row, 1 + (many in (2, 8)), min(many, 8), "ItfTDXss")):
-                raise InputError(f"{self.file.at(line)}: a joint of the interface has to be fixed in all directions")
-            content.setdefault(piece, []).append(self.joint(row, 0, "IJointID"))
-        if reference := content.pop(0, None):
-            why = "the six rigid motions are those of the tower's base"
-            self.notes.add("not needed", self.file.path.name, f"TPID 0 at joint {reference[0][1:]}", why)
-        if len(content) != 1:
-            where = f"{self.file.path}: NInterf"
-            if content:
-                raise UnsupportedError(f"{where}: {len(content)} transition pieces: one that holds the tower is read")
-            raise InputError(f"{where}: expected a joint that is fixed to the transition piece")
+        for row in self.rows("NInterf", 1):
+            given = list(itertools.takewhile(lambda word: number(word) is not None, row.words))
+            piece = int(number(given[1]) or 0) if len(given) in (2, 8) else 1
+            if not all(row.numbers(len(given) % 6 if len(given) > 2 else len(given), len(given))):
+                raise row.error("a joint of the interface has to be fixed in all directions")
+            content.setdefault(piece, []).append(self.joint(row))
+        if rigid := content.pop(0, None):
+            what, why = f"TPID 0 at joint {rigid[0][1:]}", "the six rigid motions are those of the tower's base"
+            self.notes.add("not needed", self.file.path.name, what, why)
+        if not content:
+            raise InputError(f"{self.file.path}: NInterf: expected a joint that is fixed to the transition piece")
+        if len(content) > 1:
+            text = f"{len(content)} transition pieces: one that holds the tower is read"
+            raise UnsupportedError(f"{self.file.path}: NInterf: {text}")
         return tuple(next(iter(content.values())))
 
     def masses(self) -> list[dict[str, Any]]:
         """Concentrated masses of joints."""
-        content = []
-        for row in table(self.file, ["NCmass"], 5, self.notes):
-            mass, *rest = numbers(self.file, row, 1, 11, "JMass")
-            rest += [0.0] * (9 - len(rest))
-            content.append(joint_mass(self.joint(row, 0, "CMJointID"), mass, rest[:6], rest[6:]))
-        return content
+        rows = [(row, row.numbers(1, 11)) for row in self.rows("NCmass", 5)]
+        return [joint_mass(self.joint(row), (values + [0.0] * 10)[:10]) for row, values in rows]
 
 
-def joint_mass(joint: str, mass: float, inertia: Sequence[float], centre: Sequence[float]) -> dict[str, Any]:
-    """A ``JointMass``: inertia (6,) about its centre (3,) from the joint, which are left out where they are zero."""
-    given = {"inertia": np.array(inertia), "centre": np.array(centre)}
-    return {"joint": joint, "mass": mass} | {name: x for name, x in given.items() if x.any()}
+def joint_mass(joint: str, values: Sequence[float]) -> dict[str, Any]:
+    """A ``JointMass`` from mass, inertia (6) and centre (3), which are left out where they are zero."""
+    given = {"inertia": np.array(values[1:7]), "centre": np.array(values[7:])}
+    return {"joint": joint, "mass": values[0]} | {name: x for name, x in given.items() if x.any()}
 
 
 def read_frame(file: InputFile, v: Values, notes: Notes) -> dict[str, Any]:
@@ -296,11 +286,14 @@ def read_frame(file: InputFile, v: Values, notes: Notes) -> dict[str, Any]:
         "members": members,
         "feet": sub.feet(),
         "interface": interface,
-        "masses": [*sub.masses(), *_transition_piece(interface[0], sub.joints[interface[0]], v)],
+        "masses": sub.masses(),
         "releases": sub.releases(members),
         "divisions": sub.v.given("divisions", 1),
         "source": file.path.name,
     }
+    if piece := transition_piece(v, "frame.masses"):
+        piece[7:] = (np.array(piece[7:]) - sub.joints[interface[0]]).tolist()
+        content["masses"].append(joint_mass(interface[0], piece))
     for target, key in (
         *(("joints", "joints"), ("members", "members"), ("reactions", "feet"), ("interfaces", "interface")),
         *((name, "sections") for name in ("sections", "rectangles", "generals")),
@@ -313,20 +306,16 @@ def read_frame(file: InputFile, v: Values, notes: Notes) -> dict[str, Any]:
     return content | _damping(sub, base, v)
 
 
-def _transition_piece(joint: str, place: Float, v: Values) -> list[dict[str, Any]]:
-    """The mass of ElastoDyn's platform as that of a joint of the interface."""
+def transition_piece(v: Values, what: str) -> list[float]:
+    """Mass, inertia (6) about its centre, and centre (3) of ElastoDyn's platform; empty if it has no mass."""
     if not v.given("platform_mass", 0.0):
-        v.unneeded("of PtfmMass", *(f"platform_{name}" for name in LUMP))
-        turning = "without PtfmMass it is the inertia of the tower about its axis, which the tower has here"
-        if v.given("platform_inertia_Y", 0.0):
-            v.note("equivalent", "platform_inertia_Y", turning)
+        v.unneeded("of PtfmMass; the tower has its inertia about its axis here", *(f"platform_{name}" for name in LUMP))
         return []
     for name in ("mass", *LUMP):
         if v[f"platform_{name}"] is not None:
-            v.note("used", f"platform_{name}", f"frame.masses: the transition piece, at joint {joint}")
-    centre = np.array([v.given(f"platform_centre_{axis}", 0.0) for axis in "xyz"])
-    inertia = [v.given(f"platform_inertia_{name}", 0.0) for name in ("R", "P", "Y", "XY", "XZ", "YZ")]
-    return [joint_mass(joint, v["platform_mass"], inertia, centre - place)]
+            v.note("used", f"platform_{name}", f"{what}: the transition piece")
+    names = *(f"inertia_{name}" for name in ("R", "P", "Y", "XY", "XZ", "YZ")), *(f"centre_{axis}" for axis in "xyz")
+    return [v["platform_mass"], *(v.given(f"platform_{name}", 0.0) for name in names)]
 
 
 def _damping(sub: SubDyn, base: Float, v: Values) -> dict[str, Any]:
@@ -335,36 +324,30 @@ def _damping(sub: SubDyn, base: Float, v: Values) -> dict[str, Any]:
     Raises:
       InputError: factors or matrix are malformed.
     """
-    kind, content = sub.v.given("guyan_damping", 0), {}
-    modes = number(str(sub.v.given("modes", "0")))
-    if kind != 1 and modes and any(ratios := sub.v.given("mode_damping", [0.0])):
-        content["rayleigh"] = [0.0, 0.0, ratios[0]]
-        why = "frame.damping: in proportion to stiffness, so that the first internal mode has this ratio"
-        sub.v.note("approximated", "mode_damping", why)
-    else:
-        sub.v.unneeded(
-            "of internal modes: see Nmodes; the frame has one damping, that of GuyanDampMod 1", "mode_damping"
-        )
+    v_sub, entry = sub.v, sub.file.find("GuyanDampSize")
+    kind, content = v_sub.given("guyan_damping", 0), {}
+    ratio = v_sub.given("mode_damping", [0.0])[0] if number(str(v_sub.given("modes", "0"))) else 0.0
     if kind == 1:
-        factors = sub.v.given("rayleigh", [])
-        if len(factors) != 2:
-            raise InputError(
-                f"{sub.file.path}: RayleighDamp: expected factors of mass and stiffness, as GuyanDampMod is 1"
-            )
-        content["rayleigh"] = factors
-        sub.v.note("used", "rayleigh", "frame.damping, at the first natural frequency")
+        content["rayleigh"] = v_sub.given("rayleigh", [])
+        if len(content["rayleigh"]) != 2:
+            where = f"{sub.file.path}: RayleighDamp"
+            raise InputError(f"{where}: expected factors of mass and stiffness, as GuyanDampMod is 1")
+        v_sub.note("used", "rayleigh", "frame.damping, at the first natural frequency")
+        v_sub.unneeded("the frame has one damping, that of GuyanDampMod 1", "mode_damping")
     else:
-        sub.v.unneeded("of GuyanDampMod 1", "rayleigh")
-    entry = sub.file.find("GuyanDampSize")
+        content |= {"rayleigh": [0.0, 0.0, ratio]} if ratio else {}
+        why = "frame.damping: in proportion to stiffness, so that the first internal mode has this ratio"
+        v_sub.differs("approximated" if ratio else "not needed", None, mode_damping=why if ratio else "see Nmodes")
+        v_sub.unneeded("of GuyanDampMod 1", "rayleigh")
     if kind != 2 or entry is None:
-        sub.v.unneeded("of GuyanDampMod 2", "damping_size")
+        v_sub.unneeded("of GuyanDampMod 2", "damping_size")
         return content
-    rows = [(entry.line + k, split(line)) for k, line in enumerate(sub.file.lines[entry.line : entry.line + 6], 1)]
-    if len(rows) < 6 or any(len(words) < 6 for _, words in rows):
+    lines = enumerate(sub.file.lines[entry.line : entry.line + 6], entry.line + 1)
+    matrix = [Row(sub.file, line, split(text)).numbers(0, 6) for line, text in lines]
+    if [len(row) for row in matrix] != [6] * 6:
         raise InputError(f"{sub.file.at(entry.line)}: GuyanDampSize: expected six lines of six numbers")
-    matrix = np.array([numbers(sub.file, row, 0, 6, "Guyan damping") for row in rows])
-    sub.v.note("used", "damping_size", "frame.interface_damping: the matrix, about the tower's base")
-    return content | {"interface_damping": moved(matrix, reference(v) - base)}
+    v_sub.note("used", "damping_size", "frame.interface_damping: the matrix, about the tower's base")
+    return content | {"interface_damping": moved(np.array(matrix), reference(v) - base)}
 
 
 def rigid_body(frame: Frame) -> dict[str, Any]:

@@ -258,19 +258,18 @@ def _fills(
     """Liquid inside members by their number: the sea, in groups that reach below the bed, or up to a level."""
     content: dict[int, dict[str, Any]] = {}
     lowest = {m.number: float(min(m.a[2], m.b[2])) for m in members}
-    for line, words in table(file, ["NFillGroups"], 3, notes):
-        n = int(number(words[0]) or 0)
-        which = [int(number(word) or 0) for word in words[1 : n + 1]]
-        top, density = ([number(word.strip("'\"")) for word in words[n + 1 : n + 3]] + [None, None])[:2]
-        if not which or top is None or not set(which) <= set(lowest):
-            raise InputError(
-                f"{file.at(line)}: FillNumM: expected {n} members, level and density, found {' '.join(words)[:60]!r}"
-            )
+    for row in table(file, ["NFillGroups"], 3, notes):
+        n = int(row.numbers(0, 1)[0])
+        which = {int(number(word) or 0) for word in row.words[1 : n + 1]}
+        top, density = ([number(word.strip("'\"")) for word in row.words[n + 1 : n + 3]] + [None, None])[:2]
+        if not which or top is None or not which <= set(lowest):
+            raise row.error(f"FillNumM: expected {n} members, level and density, found {' '.join(row.words)[:60]!r}")
         each = {"filled_to": top, "fill_density": frame["water_density"] if density is None else density}
         if min(lowest[i] for i in which) < -frame["depth"] - 1e-6:
             each = {"flooded": True}
             if abs(top - level) > NEAR:
-                notes.add("approximated", file.place(line), f"FillFSLoc {top:g} m", "the sea fills legs to its level")
+                what, why = f"FillFSLoc {top:g} m", "the sea fills legs to its level"
+                notes.add("approximated", file.place(row.line), what, why)
         content |= dict.fromkeys(which, each)
     return content
 
@@ -279,9 +278,9 @@ def _ends(file: InputFile, frame: dict[str, Any], beams: dict[str, Any], notes: 
     """Coefficients of the ends of members at joints: those of most joints, and others."""
     wanted = {"id": "AxCoefID", "drag": "AxCd", "added_mass": "AxCa", "pressure": "AxCp"}
     sets = {int(i): tuple(c) for i, *c in hydro_rows(file, "NAxCoef", columns.AXIAL, wanted, notes)}
-    for line, words in table(file, ["NAxCoef"], 4, notes):
-        if len(words) > 4 and number(words[4]):
-            notes.add("approximated", file.place(line), f"AxFDMod {words[4]}", "drag of ends is that of AxFDMod 0")
+    for row in table(file, ["NAxCoef"], 4, notes):
+        if len(row.words) > 4 and number(row.words[4]):
+            notes.add("approximated", file.place(row.line), f"AxFDMod {row.words[4]}", "drag of ends is that of 0")
     wanted = {"x": "Jointxi", "y": "Jointyi", "z": "Jointzi", "kind": "JointAxID"}
     rows = np.array(hydro_rows(file, "NJoints", columns.HYDRO_JOINTS, wanted, notes))
     count = Counter(joint for member in beams.values() for joint in member["joints"])

@@ -11,11 +11,11 @@ import re
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 
 from meltemi.core.errors import InputError, UnsupportedError
-from meltemi.exchange.openfast.frame import moved, reference
+from meltemi.exchange.openfast.frame import moved, reference, transition_piece
 from meltemi.exchange.openfast.text import Float, InputFile, number, read_input, split
-from meltemi.exchange.openfast.tower import LUMP
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import Notes
 
@@ -51,7 +51,10 @@ def read_superelement(main: InputFile, v: Values, notes: Notes) -> dict[str, Any
     base = np.array([0.0, 0.0, v["tower.base_height"]])
     arm = reference(v) - base
     content: dict[str, Any] = {name: moved(x[:6, :6], arm) for name, x in matrices.items()}
-    content["mass"] = content["mass"] + _transition_piece(v, base)
+    if piece := transition_piece(v, "foundation.mass"):
+        mass, (xx, yy, zz, xy, xz, yz), centre = piece[0], piece[1:7], np.array(piece[7:])
+        body = scipy.linalg.block_diag(mass * np.eye(3), [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        content["mass"] = content["mass"] + moved(body, centre - base)
     n = len(matrices["stiffness"])
     if n > 6:
         inner = np.linalg.eigvals(np.linalg.solve(matrices["mass"][6:, 6:], matrices["stiffness"][6:, 6:]))
@@ -95,13 +98,3 @@ def _matrices(file: InputFile) -> tuple[dict[str, Float], bool]:
     loads = (row[1:] for kind in ("LOAD", "FORC") for _, row in rows.get(kind, []))
     weight = (row for _, row in rows.get("WEIGHT", []))
     return content, any(x for each in (loads, weight) for row in each for x in row)
-
-
-def _transition_piece(v: Values, base: Float) -> Float:
-    """(6, 6) mass of ElastoDyn's platform about the tower's base."""
-    for name in ("mass", *LUMP):
-        if v[f"platform_{name}"] is not None:
-            v.note("used", f"platform_{name}", "foundation.mass: the transition piece")
-    mass = np.diag([v.given("platform_mass", 0.0)] * 3 + [v.given(f"platform_inertia_{a}", 0.0) for a in "RPY"])
-    centre = np.array([v.given(f"platform_centre_{axis}", 0.0) for axis in "xyz"])
-    return moved(mass, centre - base)

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import UnsupportedError
-from meltemi.exchange.openfast.frame import JOINTS
-from meltemi.exchange.openfast_writer.template import fill, rows_of
-from meltemi.exchange.openfast_writer.water import MOST_OUTPUTS, STEP, WALL, Report, ground_text, hydrodyn
+from meltemi.exchange.openfast.frame import JOINTS, OTHERS, SECTIONS
+from meltemi.exchange.openfast_writer.template import rows_of
+from meltemi.exchange.openfast_writer.water import MOST_OUTPUTS, STEP, WALL, Report, ground_text, hydrodyn, subdyn
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.reduction import frequencies
@@ -53,135 +53,100 @@ def structure(texts: dict[str, str], title: str, frame: Frame, base: Float, firs
       UnsupportedError: nonlinear soil springs, general sections that change along a member.
     """
     joint, member = numbers_of(frame.joints, "J"), numbers_of(frame.members, "M")
-    sections: dict[str, dict[str, int]] = {
-        kind: numbers_of((name for name, each in frame.sections.items() if each.kind == kind), kind)
-        for kind in ("tube", "rectangle", "general")
-    }
+    names = {kind: [n for n, each in frame.sections.items() if each.kind == kind] for kind in SECTIONS}
+    section = {kind: numbers_of(each, kind) for kind, each in names.items()}
     reactions = []
     for foot in frame.feet:
         if foot.soil is not None:
-            raise UnsupportedError(
-                f"frame.feet: soil at joint {foot.joint}: SubDyn has springs under feet only; give a stiffness instead"
-            )
+            where = f"frame.feet: soil at joint {foot.joint}"
+            raise UnsupportedError(f"{where}: SubDyn has springs under feet only; give a stiffness instead")
         ground = "" if foot.stiffness is None else f"Ground{joint[foot.joint]}.dat"
         if foot.stiffness is not None:
             texts[ground] = ground_text(foot.stiffness, np.zeros((6, 6)) if foot.mass is None else foot.mass)
-        reactions.append([joint[foot.joint], *[int(foot.stiffness is None)] * 6, f'"{ground}"'])
-    properties: dict[str, list[tuple[float, ...]]] = {"cable": [], "rigid": [], "spring": []}
+        reactions.append([joint[foot.joint], *[int(not ground)] * 6, f'"{ground}"'])
+    properties: dict[str, list[list[float]]] = {kind: [] for kind, _, _ in OTHERS.values()}
     rows = []
     for name, each in frame.members.items():
-        kind = each.kind if each.kind != "beam" else frame.sections[each.section].kind
+        kind: str = each.kind if each.kind != "beam" else frame.sections[each.section].kind
         if each.kind == "beam":
-            ends = [sections[kind][each.section], sections[kind][each.end_section or each.section]]
+            ends = [section[kind][each.section], section[kind][each.end_section or each.section]]
             if kind == "general" and ends[0] != ends[1]:
                 raise UnsupportedError(f"frame.members.{name}: SubDyn has one general section along a member")
         else:
             values = _properties(each)
-            if values not in properties[kind]:
-                properties[kind].append(values)
+            properties[kind] += [values] * (values not in properties[kind])
             ends = [properties[kind].index(values) + 1] * 2
         last = 1 if kind == "spring" else math.degrees(each.spin)
         rows.append([member[name], *(joint[j] for j in each.joints), *ends, TYPES[kind], last])
     held = float(frequencies(assemble(frame, base), 1, fixed=True)[0])
     matrix = frame.interface_damping
     if matrix is not None and frame.damping:
-        changed(
-            "frame.damping",
-            "SubDyn has the matrix in its place: damping of the members' steel is that of internal modes",
-        )
-    legs = [name for name, each in frame.members.items() if {*each.joints} & {foot.joint for foot in frame.feet}]
-    released = {kind: number for number, kind in JOINTS.items()}
+        changed("frame.damping", "that of internal modes; SubDyn has the matrix in its place for the interface")
+    feet = {foot.joint for foot in frame.feet}
+    legs = [member[name] for name, each in frame.members.items() if feet & {*each.joints}][:MOST_OUTPUTS]
+    none = np.zeros(6)
     tables: dict[str, list[str]] = {
         "rayleigh": rows_of([[0.0, 2.0 * frame.damping / first, "RayleighDamp"]]),
         "guyan": rows_of((np.zeros((6, 6)) if matrix is None else np.asarray(matrix)).tolist()),
         "offset": rows_of([[0.0] * 6]),
-        "joints": rows_of(
-            [joint[name], *map(float, place), *_release(frame, name, released)] for name, place in frame.joints.items()
-        ),
-        "reactions": rows_of(reactions),
-        "interfaces": rows_of([joint[name], *[1] * 7] for name in frame.interface),
-        "members": rows_of(rows),
-        "masses": rows_of(
+        "NJoints": rows_of([joint[name], *map(float, x), *_release(frame, name)] for name, x in frame.joints.items()),
+        "NReact": rows_of(reactions),
+        "NInterf": rows_of([joint[name], *[1] * 7] for name in frame.interface),
+        "NMembers": rows_of(rows),
+        "NCOSMs": rows_of([[1, *np.eye(3).ravel().tolist()]]),
+        "NCmass": rows_of(
             [
-                joint[each.joint],
-                each.mass,
-                *map(float, np.zeros(6) if each.inertia is None else each.inertia),
-                *map(float, np.zeros(3) if each.centre is None else each.centre),
+                joint[m.joint],
+                m.mass,
+                *(none if m.inertia is None else m.inertia),
+                *(none[:3] if m.centre is None else m.centre),
             ]
-            for each in frame.masses
+            for m in frame.masses
         ),
-        "cosines": rows_of([[1, *np.eye(3).ravel().tolist()]] if properties["spring"] else []),
-        "outputs_of": rows_of([member[name], 2, 1, frame.divisions + 1] for name in legs[:MOST_OUTPUTS]),
-        "channels": [
-            *(f"React{load}ss" for load in ("FX", "FY", "FZ", "MX", "MY", "MZ")),
-            *(f"Intf{load}ss" for load in ("FX", "FY", "FZ", "MX", "MY", "MZ")),
-            *(
-                f"M{i + 1}N{end}{load}e"
-                for i in range(len(legs[:MOST_OUTPUTS]))
-                for end in (1, 2)
-                for load in ("FKz", "MKx", "MKy")
-            ),
-        ],
+        "NMOutputs": rows_of([leg, 2, 1, frame.divisions + 1] for leg in legs),
+        "channels": [f"{kind}{load}ss" for kind in ("React", "Intf") for load in ("FX", "FY", "FZ", "MX", "MY", "MZ")],
     }
-    tables |= {
-        f"{kind}s": rows_of([number, *_section(frame.sections[name])] for name, number in numbers.items())
-        for kind, numbers in sections.items()
-    }
-    tables |= {
-        f"{kind}s": rows_of([i + 1, *values] for i, values in enumerate(each)) for kind, each in properties.items()
-    }
-    count = {name: len(tables[table]) for name, table in COUNTED.items()}
-    values = count | {
+    ends_of_legs = [f"M{i + 1}N{end}" for i in range(len(legs)) for end in (1, 2)]
+    tables["channels"] += [f"{end}{load}e" for end in ends_of_legs for load in ("FKz", "MKx", "MKy")]
+    for kind, (keywords, _) in SECTIONS.items():
+        tables[keywords[0]] = rows_of([i, *_section(frame.sections[name])] for name, i in section[kind].items())
+    for kind, keyword, _ in OTHERS.values():
+        tables[keyword] = rows_of([i, *each] for i, each in enumerate(properties[kind], 1))
+    values_of: dict[str, object] = {
         "NDiv": frame.divisions,
         "Nmodes": MODES,
         "JDampings": 100.0 * max(frame.damping * held / first, LEAST),
         "GuyanDampMod": 1 if matrix is None else 2,
     }
-    texts["SubDyn.dat"] = fill("SubDyn", title, values, tables)
-
-
-COUNTED = {
-    "NJoints": "joints",
-    "NReact": "reactions",
-    "NInterf": "interfaces",
-    "NMembers": "members",
-    "NPropSetsCyl": "tubes",
-    "NPropSetsRec": "rectangles",
-    "NXPropSets": "generals",
-    "NCablePropSets": "cables",
-    "NRigidPropSets": "rigids",
-    "NSpringPropSets": "springs",
-    "NCOSMs": "cosines",
-    "NCmass": "masses",
-    "NMOutputs": "outputs_of",
-}
+    texts["SubDyn.dat"] = subdyn(title, values_of, tables)
 
 
 def _section(s: Section) -> list[float]:
+    """Properties of a section in the order of SubDyn; that of a general one is solid if it has no areas for shear."""
     material = [s.elastic_modulus, s.shear_modulus, s.density]
-    if s.kind != "general":
-        sides = [s.diameter] if s.kind == "tube" else [s.width, s.height]
-        return [*material, *(float(x or 0.0) for x in (*sides, s.thickness))]
-    area, x, y, torsion = (float(each or 0.0) for each in (s.area, s.inertia_x, s.inertia_y, s.torsion))
-    shear = [float(each or 5.0 / 6.0 * area) for each in (s.shear_area_x, s.shear_area_y)]
-    return [*material, area, *shear, x, y, x + y, torsion]
+    values = [getattr(s, name) for name in SECTIONS[s.kind][1].split()]
+    if s.kind == "general":
+        area, x, y, *rest = values
+        shear = [5.0 / 6.0 * area if each is None else each for each in (x, y)]
+        values = [area, *shear, *rest[:2], sum(rest[:2]), rest[2]]
+    return [*material, *(float(x or 0.0) for x in values)]
 
 
-def _properties(member: Member) -> tuple[float, ...]:
+def _properties(member: Member) -> list[float]:
     """Properties of a cable, rigid link or spring in the order of SubDyn."""
-    if member.kind == "cable":
-        return float(member.axial_stiffness or 0.0), member.line_mass, member.pretension, 0.0
-    if member.kind == "rigid":
-        return (member.line_mass,)
-    return tuple(np.asarray(member.stiffness)[np.triu_indices(6)].tolist())
+    if member.kind == "spring":
+        return np.asarray(member.stiffness)[np.triu_indices(6)].tolist()
+    columns = next(each for kind, _, each in OTHERS.values() if kind == member.kind)
+    return [*(float(getattr(member, name) or 0.0) for name in columns), *[0.0] * (member.kind == "cable")]
 
 
-def _release(frame: Frame, name: str, released: dict[str, int]) -> list[float | int]:
+def _release(frame: Frame, name: str) -> list[float | int]:
+    """Type, direction and stiffness of a joint."""
     release = frame.releases.get(name)
     if release is None:
         return [1, 0.0, 0.0, 0.0, 0.0]
-    axis = np.zeros(3) if release.axis is None else release.axis
-    return [released[release.kind], *map(float, axis), release.stiffness]
+    kind = next(number for number, each in JOINTS.items() if each == release.kind)
+    return [kind, *map(float, np.zeros(3) if release.axis is None else release.axis), release.stiffness]
 
 
 def wet_members(frame: Frame) -> dict[str, Member]:
@@ -215,7 +180,9 @@ def water(title: str, frame: Frame, level: float, changed: Report) -> str:
     ends = {name: frame.other_ends.get(name, frame.ends) for name in used}
     kinds = list(dict.fromkeys((each.drag, each.added_mass, each.pressure) for each in ends.values()))
     sets: dict[bool, dict[str, int]] = {False: {}, True: {}}
-    rows, own, fills = [], {False: [], True: []}, {}
+    rows: list[list[object]] = []
+    own: dict[bool, list[list[object]]] = {False: [], True: []}
+    fills: dict[tuple[Any, float], list[int]] = {}
     for name, each in wet.items():
         both = [each.section, each.end_section or each.section]
         boxed = frame.sections[both[0]].kind == "rectangle"
@@ -288,14 +255,7 @@ def _shape(s: Section) -> list[float]:
 
 def _growth(frame: Frame) -> list[list[float]]:
     """Rows of the table of growth from the top down, with a step where two layers meet."""
-    rows = []
-    for each in sorted(frame.growth, key=lambda layer: -layer.top):
-        meets = [
-            any(abs(x - y) < STEP for y in (o.bottom, o.top))
-            for x in (each.top, each.bottom)
-            for o in frame.growth
-            if o is not each
-        ]
-        shift = STEP * any(meets)
-        rows += [[x, each.thickness, each.density] for x in (each.top - shift, each.bottom + shift)]
-    return rows
+    edges = [x for each in frame.growth for x in (each.bottom, each.top)]
+    step = STEP * (len(set(np.round(edges, 3))) < len(edges))
+    layers = sorted(frame.growth, key=lambda each: -each.top)
+    return [[x, each.thickness, each.density] for each in layers for x in (each.top - step, each.bottom + step)]

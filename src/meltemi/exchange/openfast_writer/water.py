@@ -262,27 +262,30 @@ def pile_structure(
         "rayleigh": rows_of([[0.0, 2.0 * pile.damping / first, "RayleighDamp"]]),
         "guyan": rows_of(np.zeros((6, 6)).tolist()),
         "offset": rows_of([[0.0] * 6]),
-        "joints": rows_of([i + 1, 0.0, 0.0, x, 1, 0.0, 0.0, 0.0, 0.0] for i, x in enumerate(joints)),
-        "reactions": rows_of([[1, *[int(not free)] * 6, f'"{GROUND if free else ""}"']]),
-        "interfaces": rows_of([[len(joints), *[1] * 7]]),
-        "members": rows_of([i, i, i + 1, i, i + 1, "1c", 0] for i in range(1, len(joints))),
-        "tubes": rows_of(
+        "NJoints": rows_of([i + 1, 0.0, 0.0, x, 1, 0.0, 0.0, 0.0, 0.0] for i, x in enumerate(joints)),
+        "NReact": rows_of([[1, *[int(not free)] * 6, f'"{GROUND if free else ""}"']]),
+        "NInterf": rows_of([[len(joints), *[1] * 7]]),
+        "NMembers": rows_of([i, i, i + 1, i, i + 1, "1c", 0] for i in range(1, len(joints))),
+        "NPropSetsCyl": rows_of(
             [i + 1, *material, float(np.interp(x, z, pile.diameter)), float(np.interp(x, z, pile.thickness))]
             for i, x in enumerate(joints)
         ),
-        "masses": rows_of(
+        "NCmass": rows_of(
             [joint, each.mass, each.inertia, each.inertia, each.about_axis, *[0.0] * 6]
             for joint, each in zip(near[len(pile.load_stations) :], pile.masses, strict=True)
         ),
-        "outputs_of": rows_of([joint, 1, 1] for joint in outputs),
+        "NMOutputs": rows_of([joint, 1, 1] for joint in outputs),
         "channels": [
             *("ReactFXss ReactFYss ReactFZss ReactMXss ReactMYss ReactMZss".split()),
             *(f"M{i + 1}N1{name}" for i in range(len(outputs)) for name in ("FKxe", "FKye", "MKxe", "MKye")),
         ],
     }
-    count = {"NJoints": len(joints), "NMembers": len(joints) - 1, "NPropSetsCyl": len(joints)}
-    values = count | {"NCmass": len(pile.masses), "NMOutputs": len(outputs)}
-    texts["SubDyn.dat"] = fill("SubDyn", title, values, tables)
+    texts["SubDyn.dat"] = subdyn(title, {}, tables)
+
+
+def subdyn(title: str, values: dict[str, object], tables: dict[str, list[str]]) -> str:
+    """Text of the SubDyn file; tables with a number of rows are named by its keyword."""
+    return fill("SubDyn", title, values | {name: len(rows) for name, rows in tables.items() if name[0] == "N"}, tables)
 
 
 def loaded_members(platform: Platform) -> list[Member]:
