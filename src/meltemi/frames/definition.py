@@ -10,14 +10,12 @@ from typing import Any, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from meltemi.core.errors import did_you_mean
+from meltemi.core.errors import PlacedError, did_you_mean
 from meltemi.core.record import Array, Record, Vector
+from meltemi.frames.checks import TOLERANCE, check
 from meltemi.sea.soil import Soil
 from meltemi.sea.support import Growth
 from meltemi.turbine.definition import Foundation, Tower
-
-TOLERANCE = 1e-3
-"""[m] joints closer than this are the same."""
 
 
 class Section(Record):
@@ -31,7 +29,7 @@ class Section(Record):
     height: float | None = Field(default=None, gt=0.0)
     """[m; 0.2 to 30] outer height of a rectangle along the member's y."""
     thickness: float | None = Field(default=None, gt=0.0)
-    """[m; 0.005 to 0.3] thickness of the wall; without it the section is solid."""
+    """[m; 0.005 to 0.6] thickness of the wall; without it the section is solid."""
     area: float | None = Field(default=None, gt=0.0)
     """[m^2] area of a general section."""
     shear_area_x: float | None = Field(default=None, gt=0.0)
@@ -49,7 +47,7 @@ class Section(Record):
     shear_modulus: float = Field(default=80.8e9, gt=0.0)
     """[N/m^2; 7e10 to 9e10] shear modulus."""
     density: float = Field(default=7850.0, ge=0.0)
-    """[kg/m^3; 7000 to 9500] density."""
+    """[kg/m^3; 2000 to 9500] density, from concrete to steel with additions."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -141,14 +139,17 @@ class Coefficients(Record):
 
 
 class EndCoefficients(Record):
-    """Coefficients of the loads along members on their ends at a joint, over the sum of their outward areas."""
+    """Coefficients of the loads along members on their ends at a joint, over the sum of their outward areas.
+
+    By default ends have pressure only, which the wall of a leg lacks where a brace ends in it.
+    """
 
     drag: float = Field(default=0.0, ge=0.0)
     """Drag coefficient [-; 0.4 to 12] of the ends."""
     added_mass: float = Field(default=0.0, ge=0.0)
     """Added-mass coefficient [-; 0.2 to 2] of the ends."""
-    pressure: float = Field(default=0.0, ge=0.0)
-    """Share of the pressure of the wave on the ends [-; 0.5 to 1]: 1 for free ends."""
+    pressure: float = Field(default=1.0, ge=0.0)
+    """Share of the pressure of the wave on the ends [-; 0.5 to 1]."""
 
 
 class JointMass(Record):
@@ -205,15 +206,16 @@ class Frame(Record):
     other_hydrodynamics: dict[str, Coefficients] = Field(default={})
     """Coefficients of members that name them."""
     ends: EndCoefficients = EndCoefficients()
-    """Loads on ends of members at joints; none by default, as a brace ends in a leg."""
+    """Loads on ends of members at joints."""
     other_ends: dict[str, EndCoefficients] = Field(default={})
     """Those of some joints, by joint."""
     growth: tuple[Growth, ...] = ()
     """Marine growth on all members between heights."""
     water_density: float = Field(default=1025.0, gt=0.0)
     """[kg/m^3; 980 to 1060] density of the water."""
-    piece: float = Field(default=2.0, gt=0.0)
-    """[m; 0.5 to 5] longest piece of a member on which the water acts."""
+    piece: float = Field(default=3.0, gt=0.0)
+    """[m; 0.5 to 5] length of the pieces of members on which the water acts: half of it at still water, and up to 2.5
+    times far below."""
     source: str = ""
 
     def check_fit(self, tower: Tower, foundation: Foundation | None) -> None:
@@ -222,9 +224,16 @@ class Frame(Record):
         Raises:
           ValueError: tower or foundation do not fit.
         """
-        top = max(self.joints[name][2] for name in self.interface)
-        if abs(top - tower.base_height) > TOLERANCE and len(self.interface) == 1:
-            raise ValueError(f"frame.interface is at {top:g} m, but tower.base_height is {tower.base_height:g} m")
+        base, first = tower.base_height, self.joints[self.interface[0]][2]
+        if len(self.interface) == 1 and abs(first - base) > TOLERANCE:
+            raise PlacedError(
+                f"the interface is at {first:g} m, but tower.base_height is {base:g} m", "frame", "interface"
+            )
+        for name, (_, _, z) in self.joints.items():
+            if z > base + TOLERANCE:
+                raise PlacedError(
+                    f"joint {name!r} is at {z:g} m, above the tower's base at {base:g} m", "frame", "joints", name
+                )
         if self.feet and foundation is not None:
             raise ValueError("foundation: the frame has feet of its own; remove foundation")
 
@@ -232,33 +241,34 @@ class Frame(Record):
     def _check(self) -> Self:
         for name, place in self.joints.items():
             if len(place) != 3:
-                raise ValueError(f"joints.{name}: expected x, y, z [m], found {len(place)} numbers")
+                raise PlacedError(f"expected x, y, z [m], found {len(place)} numbers", "joints", name)
         self._check_names()
+        check(self)
         return self
 
     def _check_names(self) -> None:
-        def known(place: str, name: str | None, names: Any, what: str) -> None:
+        def known(name: str | None, names: Any, what: str, *keys: str | int) -> None:
             if name is not None and name not in names:
-                raise ValueError(f"{place}: {what} {name!r} is not there: {did_you_mean(name, names)}")
+                raise PlacedError(f"{what} {name!r} is not there: {did_you_mean(name, names)}", *keys)
 
         for name, member in self.members.items():
             for joint in member.joints:
-                known(f"members.{name}.joints", joint, self.joints, "joint")
+                known(joint, self.joints, "joint", "members", name, "joints")
             if member.kind == "beam":
-                known(f"members.{name}.section", member.section, self.sections, "section")
-                known(f"members.{name}.end_section", member.end_section, self.sections, "section")
-            known(f"members.{name}.hydrodynamics", member.hydrodynamics, self.other_hydrodynamics, "entry")
+                known(member.section, self.sections, "section", "members", name, "section")
+                known(member.end_section, self.sections, "section", "members", name, "end_section")
+            known(member.hydrodynamics, self.other_hydrodynamics, "entry", "members", name, "hydrodynamics")
         for i, foot in enumerate(self.feet):
-            known(f"feet.{i}.joint", foot.joint, self.joints, "joint")
-            known(f"feet.{i}.pile_section", foot.pile_section, self.sections, "section")
+            known(foot.joint, self.joints, "joint", "feet", i, "joint")
+            known(foot.pile_section, self.sections, "section", "feet", i, "pile_section")
         for i, mass in enumerate(self.masses):
-            known(f"masses.{i}.joint", mass.joint, self.joints, "joint")
+            known(mass.joint, self.joints, "joint", "masses", i, "joint")
         for field in ("interface", "releases", "other_ends"):
             for name in getattr(self, field):
-                known(field, name, self.joints, "joint")
+                known(name, self.joints, "joint", field)
 
     def view_shape(self) -> dict[str, Any]:
-        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
+        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines; itself."""
         members = []
         for member in self.members.values():
             if member.kind == "beam":
@@ -266,7 +276,8 @@ class Frame(Record):
                 first = self.sections[member.section]
                 last = self.sections[member.end_section or member.section]
                 members.append([*map(float, a), *map(float, b), first.breadth, last.breadth])
-        return {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        shape = {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        return shape | {"frame": self.content()}
 
     def doubts(self, turbine: Any) -> list[str]:
         """Sentences about implausible values."""

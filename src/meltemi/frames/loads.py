@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.fingerprint import fingerprint
 from meltemi.frames.finite_elements import Assembly
 from meltemi.frames.recovery import recovery
 from meltemi.frames.water import NOWHERE, Pieces, liquid_inside
@@ -46,6 +47,10 @@ class Loads:
     pieces: Pieces
     below: Float
     gravity: float
+
+    def content_hash(self) -> str:
+        """Hash of the description from which all of it follows."""
+        return str(fingerprint(self.assembly.frame, self.assembly.points, self.below, self.gravity))
 
     @cached_property
     def sections(self) -> tuple[tuple[str, str], ...]:

@@ -40,7 +40,7 @@ from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
 from meltemi.frames.loads import Loads
 from meltemi.frames.reduction import tower_base
-from meltemi.frames.water import Pieces, pieces
+from meltemi.frames.water import Pieces, added_mass, pieces
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross, dot
 from meltemi.sea.airy import GRAVITY
@@ -106,7 +106,7 @@ class FrameSection(Table, axes="station"):
 
 
 class FrameBasis(Table, axes="part"):
-    """Forces of the water on the pieces, load of the tower at its base, accelerations and coordinates of the modes, 1."""
+    """Forces of the water on the pieces, load of the tower, accelerations and coordinates of the modes, and 1."""
 
     value: Numbers = number("-", "in this order, in SI units")
 
@@ -177,6 +177,8 @@ def frame_forces(t: float, m: FrameSystem) -> None:
         for j in range(k + 1):
             m.core_mass[k, j] += m.frame_added[k, j]
     for n in range(whole(w.deep)):
+        if piece.drag[n] + piece.plate[n] == 0.0:
+            continue
         i = 3 * n
         v = Vec(at(now, flow, i), at(now, flow, i + 1), at(now, flow, i + 2)) - velocity_of(n, m)
         F = drag_force(v, piece.axis[n], piece.drag[n], piece.plate[n])
@@ -306,18 +308,16 @@ class FramePart(Part):
         """The sea, its loads, those of the ground, and section loads of members."""
         return (*channels_of_group("sea"), *self.loads.channels)
 
-    def derived(self, channels: Sequence[Channel]) -> Derived | None:
+    def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
         """Section loads of members, by a matrix from what the time loop records (F-27)."""
         asked = [channel for channel in channels if channel.source[0] == "frame_section"]
         if not asked:
             return None
-        return Derived(asked, self.basis, self.loads.of_members(asked, self.still))
-
-    @cached_property
-    def basis(self) -> tuple[Channel, ...]:
-        """Channels of ``frame_basis``."""
-        n = len(self.constants["frame_whole"])
-        return tuple(Channel(f"frame_basis_{i}", "", "-", "", "", "", ("frame_basis", "value"), (i,)) for i in range(n))
+        water = next((part.water for part in parts if isinstance(part, FrameSea)), self.constants)["water"]
+        count, wet = len(self.constants["frame_whole"]), 3 * int(View(FrameWater, water)["wet"])
+        used = [*range(wet), *range(3 * len(self.loads.pieces.low), count)]
+        sources = [Channel(f"frame_basis_{i}", "", "-", "", "", "", ("frame_basis", "value"), (i,)) for i in used]
+        return Derived(asked, sources, self.loads.of_members(asked, self.still)[used])
 
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FrameSea:
         """The sea of a run.
@@ -372,7 +372,7 @@ def in_water(
         origin=origin,
     )
     a, flow, surface = k.acceleration[:, :-1], k.velocity[:, :-1], k.elevation[:, :-1]
-    along = np.einsum("tpi,pi->tp", a, p.axis)
+    along = (a * p.axis).sum(axis=2)
     axial = (p.along - p.inertial) * along + rho * gravity * p.area * k.pressure[:, :-1]
     force = p.inertial[:, None] * a + axial[..., None] * p.axis + still_forces(p, rho, sea.level, gravity)
     if sea.current is not None:
@@ -385,7 +385,7 @@ def in_water(
     v = View(FrameWater, water)
     v["depth"], v["level"], v["step"], v["period"], v["deep"], v["wet"] = depth, sea.level, k.dt, k.period, deep, wet
     shape = loads.shape
-    push = np.einsum("tpi,kpi->tk", force[:, :deep], shape[:, :deep])
+    push = force[:, :deep].reshape(len(flow), -1) @ shape[:, :deep].reshape(len(shape), -1).T
     return {
         "water": water,
         "frame_flow": np.ascontiguousarray(flow.reshape(len(flow), -1)),
@@ -394,15 +394,6 @@ def in_water(
         "frame_push": np.ascontiguousarray(np.column_stack([k.elevation[:, -1], push])),
         "frame_added": added_mass(p, shape, deep),
     }
-
-
-def added_mass(p: Pieces, shape: Float, deep: int) -> Float:
-    """(k, k) added mass of the lowest pieces in the modes (F-44)."""
-    along = np.einsum("kpi,pi->kp", shape, p.axis)
-    total = np.einsum("p,kpi,jpi->kj", p.added[:deep], shape[:, :deep], shape[:, :deep])
-    total += np.einsum("p,kp,jp->kj", (p.along - p.added)[:deep], along[:, :deep], along[:, :deep])
-    result: Float = total
-    return result
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> FramePart:

@@ -20,9 +20,6 @@ from meltemi.frames.finite_elements import Assembly
 
 Float = NDArray[np.float64]
 
-PLACES = (0.0, 0.5, 1.0)
-"""Start, middle and end of a member."""
-
 
 @dataclass(frozen=True)
 class Recovery:

@@ -13,8 +13,11 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
+from meltemi.frames.water import NOWHERE, added_mass, pieces
+from meltemi.sea.airy import GRAVITY
 from meltemi.sea.pile_beam import KINDS, first_frequency, grounded, strain_stiffness
 from meltemi.structure.beam import Mesh, Modes, lowest_modes, second_order, transfer
 from meltemi.structure.beam import assemble as beam_mesh
@@ -44,8 +47,7 @@ class Reduction:
       modes: (m, n, 6) displacements of modes with a fixed base, of unit mass.
       frequency: (m,) [rad/s] theirs.
       stiffness: (6, 6) of the base.
-      mass: (6, 6) of the base.
-      coupling: (m, 6) mass between modes and base.
+      mass: (6 + m, 6 + m) of base and modes, without the water around.
     """
 
     static: Float
@@ -53,7 +55,6 @@ class Reduction:
     frequency: Float
     stiffness: Float
     mass: Float
-    coupling: Float
 
     @property
     def shapes(self) -> Float:
@@ -61,58 +62,57 @@ class Reduction:
         return np.concatenate([self.static, self.modes])
 
 
-def reduced(assembly: Assembly, modes: int, mass: Any | None = None) -> Reduction:
+def reduced(assembly: Assembly, modes: int) -> Reduction:
     """Reduce a frame to its base and at most ``modes`` modes.
-
-    Args:
-      mass: (6n, 6n) sparse mass matrix; by default the assembly's, without the water around.
 
     Raises:
       InputError: the frame is a mechanism.
     """
     T, K = assembly.transformation, assembly.free
-    M = T.T @ (assembly.mass if mass is None else mass) @ T
+    M = T.T @ assembly.mass @ T
     static = np.vstack([-assembly.solver(base=True).solve(K[:-6, -6:].toarray()), np.eye(6)])
-    # largest first, so that coordinates without mass do no harm
-    inner, count = K.shape[0] - 6, min(modes, K.shape[0] - 6)
-    value, shape = scipy.linalg.eigh(
-        M[:-6, :-6].toarray(), K[:-6, :-6].toarray(), subset_by_index=(inner - count, inner - 1)
-    )
-    moving = np.flatnonzero(value > 1e-12 * value.max(initial=1e-300))[::-1]
-    own = np.vstack([shape[:, moving] / np.sqrt(value[moving]), np.zeros((6, len(moving)))])
+    inner = K.shape[0] - 6
+    value, shape = _lowest(M[:inner, :inner], K[:inner, :inner], modes)
+    own = np.vstack([shape / np.sqrt(value), np.zeros((6, len(value)))])
+    basis = np.hstack([static, own])
     return Reduction(
         static=_nodes(T @ static),
         modes=_nodes(T @ own),
-        frequency=1.0 / np.sqrt(value[moving]),
+        frequency=1.0 / np.sqrt(value),
         stiffness=static.T @ (K @ static),
-        mass=static.T @ (M @ static),
-        coupling=own.T @ (M @ static),
+        mass=basis.T @ (M @ basis),
     )
 
 
 def _nodes(columns: Float) -> Float:
     """(k, n, 6) displacements of nodes from columns (6n, k)."""
-    return columns.T.reshape(columns.shape[1], -1, 6)
+    return columns.T.reshape(columns.shape[1], len(columns) // 6, 6)
 
 
-def frequencies(assembly: Assembly, count: int, *, fixed: bool = False, mass: Any | None = None) -> Float:
-    """(count,) [rad/s] lowest natural frequencies of a frame without tower, its base free or ``fixed``.
-
-    Args:
-      mass: as for :func:`reduced`.
+def frequencies(assembly: Assembly, count: int, *, fixed: bool = False) -> Float:
+    """(count,) [rad/s] lowest natural frequencies of a frame in air without tower, its base free or ``fixed``.
 
     Raises:
       InputError: the frame is a mechanism.
     """
     assembly.solver(base=fixed)
     T, K = assembly.transformation, assembly.free
-    M, end = T.T @ (assembly.mass if mass is None else mass) @ T, K.shape[0] - 6 * fixed
-    first = max(end - count, 0)
-    inverse = scipy.linalg.eigh(
-        M[:end, :end].toarray(), K[:end, :end].toarray(), eigvals_only=True, subset_by_index=(first, end - 1)
-    )
-    result: Float = 1.0 / np.sqrt(inverse[::-1])
+    M, end = T.T @ assembly.mass @ T, K.shape[0] - 6 * fixed
+    result: Float = 1.0 / np.sqrt(_lowest(M[:end, :end], K[:end, :end], count)[0])
     return result
+
+
+def _lowest(M: Any, K: Any, count: int) -> tuple[Float, Float]:
+    """Inverse squares (m,) of the lowest frequencies, and shapes (f, m) of unit stiffness; at most ``count``.
+
+    Coordinates without mass do no harm in the inverse problem.
+    """
+    n, m = K.shape[0], min(count, K.shape[0])
+    if m == 0:
+        return np.zeros(0), np.zeros((n, 0))
+    value, shape = scipy.linalg.eigh(M.toarray(), K.toarray(), subset_by_index=(n - m, n - 1))
+    moving = np.flatnonzero(value > 1e-12 * value[-1])[::-1]
+    return value[moving], shape[:, moving]
 
 
 def tower_base(frame: Frame, tower: Tower) -> Float:
@@ -156,6 +156,7 @@ def supported_tower(
     second = second_order(modes)
     second[..., 2] += _base_lowering(assembly, below)[:, :, None]
     damping = _damping(frame, assembly, alone, mesh, modes, below)
+    modes = replace(modes, stiffness=modes.stiffness + GRAVITY * weight_stiffness(assembly, below))
     return ModalMember(tuple(names), modes, damping, second, tower_beam(tower), below=below)
 
 
@@ -163,26 +164,32 @@ def _natural(
     assembly: Assembly, alone: ModalMember, mesh: Mesh, counts: dict[str, int], tip_mass: Float
 ) -> tuple[Modes, list[str], Float]:
     """Natural modes of the tower on the frame, their names, and shapes (k, n, 6) of the frame's nodes (F-18, F-19)."""
-    frame = reduced(assembly, FIXED_MODES, assembly.mass + assembly.water)
-    # coordinates are those of the tower's nodes, then the modes of the frame, which the tower's base couples
+    frame, water = reduced(assembly, FIXED_MODES), pieces(assembly)
+    still = int(np.searchsorted(water.high, TOLERANCE))
+    wet = frame.mass + added_mass(water, water.moved(assembly, frame.shapes), still)
+    # coordinates are those of the tower's nodes, of which the first is the base, then the modes of the frame
     tower, m = 6 * len(mesh.z), len(frame.frequency)
+    joined = np.r_[0:6, tower : tower + m]
     G = scipy.linalg.block_diag(grounded(mesh, frame.stiffness), np.diag(1.0 / frame.frequency))
-    M = scipy.linalg.block_diag(mesh.mass, np.eye(m))
-    M[:6, :6] += frame.mass
-    M[tower:, :6], M[:6, tower:] = frame.coupling, frame.coupling.T
+    M = scipy.linalg.block_diag(mesh.mass, np.zeros((m, m)))
     M[tower - 6 : tower, tower - 6 : tower] += tip_mass
+    above = M[:tower, :tower].copy()
+    M[np.ix_(joined, joined)] += wet
     square, columns = lowest_modes(G, M, 12 + 4 * sum(counts.values()) + m)
-    energy = np.einsum("ki,ij,kj->k", columns[:, :tower], M[:tower, :tower], columns[:, :tower])
-    energy -= np.einsum("ki,ij,kj->k", columns[:, :6], frame.mass, columns[:, :6])
+    energy = np.einsum("ki,ij,kj->k", columns[:, :tower], above, columns[:, :tower])
     some = np.flatnonzero(energy > LEAST_SHARE)  # others are of the frame's members
     shape = columns[some, :tower].reshape(len(some), -1, 6)
     identity = np.eye(len(some))
     natural = Modes(mesh.z, mesh.points, shape, np.diag(square[some]), identity, identity)
     wanted = {kind: (i, counts[key]) for i, (kind, key) in enumerate(zip(KINDS, counts, strict=True))}
     modes, names = pick_modes(natural, mesh, wanted)
-    base, w2 = modes.shape[:, 0], modes.frequency[:, None] ** 2
-    amplitude = w2 / (frame.frequency**2 - w2) * (base @ frame.coupling.T)
-    below = np.tensordot(np.hstack([base, amplitude]), np.concatenate([frame.static, frame.modes]), 1)
+    # the frame's modes follow the base at the frequency of each mode
+    base, w2 = modes.shape[:, 0], modes.frequency**2
+    own = [
+        np.linalg.solve(np.diag(frame.frequency**2) - w * wet[6:, 6:], w * wet[6:, :6] @ b)
+        for b, w in zip(base, w2, strict=True)
+    ]
+    below = np.tensordot(np.hstack([base, np.array(own).reshape(len(base), m)]), frame.shapes, 1)
     return modes, names, below
 
 
@@ -215,6 +222,19 @@ def _base_lowering(assembly: Assembly, below: Float) -> Float:
     up = np.zeros((len(assembly.points), 6))
     up[-1, 2] = 1.0
     return -_product(below, geometric_stiffness(assembly, up))
+
+
+def weight_stiffness(assembly: Assembly, below: Float) -> Float:
+    """(k, k) stiffness over gravity by the weight of the frame in still water, for shapes (k, n, 6) (F-22).
+
+    That of the displaced water is weight, too: pressure on the deflected sides of a member acts as tension does.
+    """
+    e, water = assembly.elements, pieces(assembly)
+    wet = (water.high < TOLERANCE) & (water.element != NOWHERE)
+    displaced = assembly.frame.water_density * np.bincount(water.element[wet], water.volume[wet], len(e.length))
+    weight = e.steel + e.fill + e.growth - displaced / np.where(e.beam, e.length, 1.0)
+    ends = assembly.line_loads(np.outer(weight, [0.0, 0.0, -1.0]))
+    return _product(below, geometric_stiffness(assembly, assembly.nodal(ends) + assembly.joint_weight))
 
 
 def _damping(frame: Frame, assembly: Assembly, alone: ModalMember, mesh: Mesh, modes: Modes, below: Float) -> Float:

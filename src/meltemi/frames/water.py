@@ -221,6 +221,15 @@ def _at_joints(assembly: Assembly, ends: dict[str, list[End]]) -> Iterator[dict[
             yield at | {"axis": volume / ball, "along": rho * c.added_mass * ball}
 
 
+def added_mass(p: Pieces, shape: Float, deep: int) -> Float:
+    """(k, k) added mass of the lowest pieces in the modes (F-44)."""
+    along = np.einsum("kpi,pi->kp", shape, p.axis)
+    total = np.einsum("p,kpi,jpi->kj", p.added[:deep], shape[:, :deep], shape[:, :deep])
+    total += np.einsum("p,kp,jp->kj", (p.along - p.added)[:deep], along[:, :deep], along[:, :deep])
+    result: Float = total
+    return result
+
+
 def inner_surface(member: Member, ends: Float) -> tuple[float | None, float]:
     """Height [m] of the surface of the liquid inside a member with ends at heights (2,), None without; 0 if flooded."""
     if member.flooded:

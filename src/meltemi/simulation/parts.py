@@ -116,8 +116,8 @@ class Part:
         """Channels that a run can record of the part."""
         return ()
 
-    def derived(self, channels: Sequence[Channel]) -> Derived | None:
-        """Those of the channels of a run that follow from other ones."""
+    def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
+        """Those of the channels of a run that follow from other ones; ``parts`` are those of the run."""
         return None
 
     def states(self) -> Sequence[StateRows]:

@@ -105,7 +105,7 @@ def planned(run: Run) -> RunPlan:
     sea = part_of_sea(run.sea, model, run.duration, run.origin)
     parts = tuple(part for part in (sea, run.other_wind) if part is not None)
     chosen = choose(model, run.channels, stations, parts)
-    derived = tuple(each for part in model.parts if (each := part.derived(chosen)) is not None)
+    derived = tuple(each for part in model.parts if (each := part.derived(chosen, parts)) is not None)
     recorder = None
     if run.view:
         recorder = import_module(SCENE).Recorder(model, stations)
