@@ -266,7 +266,7 @@ def tripod(**more: Any) -> Frame:
 
 @pytest.fixture(scope="module")
 def cut() -> tuple[Loads, Any, dict[tuple[str, str], Any]]:
-    """Loads of the tripod, forces of still water, and (B, 7) section loads of its members by each entry of the basis."""
+    """Loads of the tripod, forces of still water, and (B, 7) section loads by each entry of the basis."""
     loads = Loads(assemble(tripod()), pieces(assemble(tripod())), np.zeros(0), G)
     a = loads.assembly
     below = np.random.default_rng(1).normal(size=(4, len(a.points), 6))
@@ -296,7 +296,7 @@ def test_what_is_between_two_sections_is_in_equilibrium(member: str, cut: Any) -
         for i, push in enumerate(np.eye(3)):
             expected[3 * n + i] = -about_start(push, np.zeros(3), p.place[n])
     inertia = a.inertia(loads.below)
-    nodes, ends = loads.constant
+    _, ends = loads.constant
     for row, load in [*((m + 6 + i, inertia[i]) for i in range(k)), (m + 6 + 2 * k, -ends)]:
         for part in mine:
             for side in (0, 1):
