@@ -15,11 +15,13 @@ import pytest
 import scipy.linalg
 import yaml
 
-from meltemi import load_turbine
+from meltemi import ModelOptions, build, load_turbine
+from meltemi.analysis import natural_modes
 from meltemi.frames.definition import Foot, Frame, JointMass, Member, Releases, Section
 from meltemi.frames.finite_elements import Assembly, assemble
 from meltemi.frames.recovery import recovery
-from meltemi.frames.reduction import frequencies, reduced, supported_tower
+from meltemi.frames.reduction import frequencies, reduced, supported_tower, tower_base, weight_stiffness
+from meltemi.sea.airy import GRAVITY
 from meltemi.structure.beam import transfer
 from meltemi.structure.members import points, rigid_body
 
@@ -215,6 +217,26 @@ def test_a_beam_held_by_a_cable() -> None:
 
 
 @needs_reference
+def test_a_pinned_beam_between_two_cables() -> None:
+    expected = column_of("SD_AnsysComp3_PinBeamCable")
+    stays = {
+        f"{i + 8}": Member(joints=(f"{i + 9}", "9"), section="-", kind="cable", axial_stiffness=EA, pretension=tension)
+        for i, EA, tension in ((1, 1.5095e10, 6.26e7), (2, 1.6065e10, 5.634e7))
+    }
+    ends = {"10": [0.0, 0.0, -5.0], "11": [0.0, 0.0, 21.0]}
+    pin = {"2": Releases(kind="pin", axis=[0, 1, 0])}
+    assembly = assemble(ansys(ROD, joints=ends, members=stays, feet=[Foot(joint="10"), Foot(joint="11")], releases=pin))
+    found = with_base(assembly, assembly.nodal(9.8066 * assembly.weight + assembly.pretension))
+    tip = found[assembly.joint_nodes["9"]]
+    assert tip[[0, 2]] == pytest.approx([expected["M7N2TDxss"], expected["M7N2TDzss"]], rel=2e-5)
+    e = assembly.elements
+    for name, channel, tension in (("9", "M8N1FKze", 6.26e7), ("10", "M9N1FKze", 5.634e7)):
+        k = int(np.flatnonzero(e.member == assembly.members.index(name))[0])
+        pull = (e.stiffness[k] @ found[e.nodes[k]].reshape(-1))[6:9] @ e.axes[k, :, 2] + tension
+        assert pull == pytest.approx(expected[channel], rel=2e-5)
+
+
+@needs_reference
 def test_a_rigid_link_beside_a_beam() -> None:
     expected = column_of("SD_Rigid")
     rod = Section(diameter=1.0, thickness=0.05, shear_modulus=8.0769e10)
@@ -271,8 +293,26 @@ def test_modes_of_tower_and_frame_are_those_of_all_elements(name: str) -> None:
         interface=["z80"],
     )
     hertz = frequencies(assemble(whole), 12) / (2 * np.pi)
-    found = member.modes.frequency / (2 * np.pi)
+    assert member.below is not None
+    soft = GRAVITY * weight_stiffness(assemble(frame, tower_base(frame, tower)), member.below)
+    found = np.sqrt(np.diag(member.modes.stiffness - soft) / np.diag(member.modes.mass)) / (2 * np.pi)
     nearest = np.array([hertz[np.abs(hertz - each).argmin()] for each in found])
     assert found == pytest.approx(nearest, rel=1e-3)
     # OC4, phase I: .31 to .32 Hz; SubDyn's own model with a rigid head .3187 and .3212 Hz
     assert np.sort(found)[:2] == pytest.approx({"jacket": [0.3187, 0.3212], "tripod": [0.3134, 0.3151]}[name], rel=0.01)
+
+
+@pytest.mark.slow
+def test_the_parked_turbine_on_the_jacket_vibrates_as_in_openfast() -> None:
+    """Decay without water, blades feathered: 0.3106, 0.3136, 1.20 and 1.27 Hz."""
+    turbine = load_turbine("nrel5mw-jacket")
+    frame = turbine.frame
+    assert frame is not None
+    dry = {each: m.replace(flooded=False) for each, m in frame.members.items()}
+    frame = frame.replace(growth=(), water_density=1e-9, members=dry)
+    options = ModelOptions(blade_nodes=8, tower_nodes=8, torsion_modes=0, locked=("yaw", "drivetrain"))
+    modes = natural_modes(build(turbine.replace(frame=frame), options), pitch=0.5 * np.pi)
+    hertz = {mode.name: mode.frequency / (2 * np.pi) for mode in modes}
+    first = [hertz["1st tower side-side"], hertz["1st tower fore-aft"]]
+    assert first == pytest.approx([0.3106, 0.3136], rel=2e-3)
+    assert [hertz["2nd tower side-side"], hertz["2nd tower fore-aft"]] == pytest.approx([1.20, 1.27], rel=1e-2)

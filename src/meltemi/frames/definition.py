@@ -23,13 +23,13 @@ class Section(Record):
 
     kind: Literal["tube", "rectangle", "general"] = "tube"
     diameter: float | None = Field(default=None, gt=0.0)
-    """[m; 0.2 to 20] outer diameter of a tube."""
+    """[m; 0.2 to 20] outer diameter of a tube; of a general section that in the water."""
     width: float | None = Field(default=None, gt=0.0)
     """[m; 0.2 to 30] outer width of a rectangle along the member's x."""
     height: float | None = Field(default=None, gt=0.0)
     """[m; 0.2 to 30] outer height of a rectangle along the member's y."""
     thickness: float | None = Field(default=None, gt=0.0)
-    """[m; 0.005 to 0.3] thickness of the wall; without it the section is solid."""
+    """[m; 0.005 to 0.6] thickness of the wall; without it the section is solid."""
     area: float | None = Field(default=None, gt=0.0)
     """[m^2] area of a general section."""
     shear_area_x: float | None = Field(default=None, gt=0.0)
@@ -47,7 +47,7 @@ class Section(Record):
     shear_modulus: float = Field(default=80.8e9, gt=0.0)
     """[N/m^2; 7e10 to 9e10] shear modulus."""
     density: float = Field(default=7850.0, ge=0.0)
-    """[kg/m^3; 7000 to 9500] density."""
+    """[kg/m^3; 2000 to 9500] density, from concrete to steel with additions."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -68,9 +68,9 @@ class Section(Record):
 
     @property
     def breadth(self) -> float:
-        """[m] diameter of a tube, mean of the sides of a rectangle, diameter of a rod of equal area."""
-        if self.kind == "tube":
-            return float(self.diameter or 0.0)
+        """[m] diameter; mean of the sides of a rectangle; diameter of a rod of the area of a general section."""
+        if self.diameter is not None:
+            return self.diameter
         if self.kind == "rectangle":
             return 0.5 * (float(self.width or 0.0) + float(self.height or 0.0))
         return float(np.sqrt(4.0 / np.pi * (self.area or 0.0)))
@@ -268,7 +268,7 @@ class Frame(Record):
                 known(name, self.joints, "joint", field)
 
     def view_shape(self) -> dict[str, Any]:
-        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
+        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines; itself."""
         members = []
         for member in self.members.values():
             if member.kind == "beam":
@@ -276,7 +276,8 @@ class Frame(Record):
                 first = self.sections[member.section]
                 last = self.sections[member.end_section or member.section]
                 members.append([*map(float, a), *map(float, b), first.breadth, last.breadth])
-        return {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        shape = {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        return shape | {"frame": self.content()}
 
     def doubts(self, turbine: Any) -> list[str]:
         """Sentences about implausible values."""

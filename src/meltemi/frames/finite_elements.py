@@ -33,7 +33,9 @@ from meltemi.structure.members import rigid_body
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
-GAUSS_X, GAUSS_W = (np.polynomial.legendre.leggauss(4)[0] + 1.0) / 2.0, np.polynomial.legendre.leggauss(4)[1] / 2.0
+GAUSS_X, GAUSS_W = (
+    0.5 * each + shift for each, shift in zip(np.polynomial.legendre.leggauss(4), (0.5, 0.0), strict=True)
+)
 """Points and weights along an element of length 1: exact for products of cubic displacements."""
 SINGULAR, SHIFT = 1e-12, 1e-14
 """Least eigenvalue of a stiffness matrix scaled to a diagonal of ones, and what makes it regular for the search."""
@@ -156,9 +158,12 @@ class Assembly:
 
     def nodal(self, ends: Float) -> Float:
         """(..., n, 6) loads on nodes from loads (..., e, 2, 6) on the elements' ends."""
-        loads = np.zeros((*ends.shape[:-3], len(self.points), 6))
-        for side in (0, 1):
-            np.add.at(loads, (..., self.elements.nodes[:, side], slice(None)), ends[..., side, :])
+        n, e = len(self.points), len(self.elements.length)
+        at_nodes = scipy.sparse.csr_array(
+            (np.ones(2 * e), (self.elements.nodes.reshape(-1), np.arange(2 * e))), (n, 2 * e)
+        )
+        first = np.moveaxis(ends.reshape(*ends.shape[:-3], 2 * e, 6), -2, 0)
+        loads: Float = np.moveaxis((at_nodes @ first.reshape(2 * e, -1)).reshape(n, *first.shape[1:]), 0, -2)
         return loads
 
     def line_loads(self, force: Float) -> Float:
@@ -240,7 +245,7 @@ def assemble(frame: Frame, base: Float | None = None, clamp: str | None = None) 
     tops = np.array([frame.joints[name] for name in frame.interface])
     at = tops[0] if len(tops) == 1 else np.array([0.0, 0.0, tops[:, 2].max()])
     points = np.vstack([points, at if base is None else base])
-    n, joint = len(points), {name: i for i, name in enumerate((*frame.joints,))}
+    n, joint = len(points), {name: i for i, name in enumerate(frame.joints)}
     elements = _elements(frame, points, member_nodes)
     springs = [((node, joint[name]), _release_spring(release)) for node, name, release in released]
     grounds = {joint[name]: _ground(frame, foot) for name, foot in feet.items() if name not in clamped}
@@ -376,12 +381,10 @@ def release_directions(release: Releases) -> Float:
     """(3, q) directions about which the end of a member turns freely."""
     if release.kind == "ball":
         return np.eye(3)
-    axis = np.array([0.0, 1.0, 0.0]) if release.axis is None else np.asarray(release.axis, float)
-    axis = axis / np.linalg.norm(axis)
-    if release.kind == "pin":
-        return axis[:, None]
-    across: Float = np.linalg.svd(axis[None])[2][1:].T
-    return across
+    assert release.axis is not None
+    axis = (release.axis / np.linalg.norm(release.axis))[:, None]
+    across: Float = np.linalg.svd(axis.T)[2][1:].T
+    return axis if release.kind == "pin" else across
 
 
 def _release_spring(release: Releases) -> Float:
@@ -404,7 +407,7 @@ def _elements(frame: Frame, points: Float, member_nodes: dict[str, Int]) -> Elem
     sections: list[Properties | None] = [None] * e
     stiffness, rotary = np.ones((e, 6)), np.zeros((e, 3))
     steel, fill, growth = (np.array([members[i].line_mass for i in member]), np.zeros(e), np.zeros(e))
-    for k, i in enumerate(member):
+    for k, i in enumerate(member.tolist()):
         each = members[i]
         if each.kind == "beam":
             first, last = frame.sections[each.section], frame.sections[each.end_section or each.section]
@@ -423,7 +426,7 @@ def _elements(frame: Frame, points: Float, member_nodes: dict[str, Int]) -> Elem
     # consistent with cubic bending and linear stretch and twist, with rotary inertia (F-6)
     N = _shapes(length[beam], axes[beam])
     M[beam] = np.einsum("g,e,egji,ejk,egkl->eil", GAUSS_W, length[beam], N, per_length[beam], N, optimize=True)
-    for k in np.flatnonzero(~beam):
+    for k in np.flatnonzero(~beam).tolist():
         K[k], M[k] = _without_section(members[member[k]], float(length[k]), axes[k, :, 2])
     return Elements(member, nodes, axes, length, K, M, steel, fill, growth, tuple(sections))
 
@@ -503,9 +506,9 @@ def _ground(frame: Frame, foot: Foot) -> tuple[Float, Float, Float]:
     section = frame.sections[foot.pile_section]
     pile = Support(  # its mudline is 1 m below still water; only what is below the mudline counts
         depth=1.0,
-        position=[-1.0 - foot.pile_length, 1.0],
-        diameter=[section.breadth] * 2,
-        thickness=[section.thickness or 0.4999 * section.breadth] * 2,
+        position=np.array([-1.0 - foot.pile_length, 1.0]),
+        diameter=np.full(2, section.breadth),
+        thickness=np.full(2, section.thickness or 0.4999 * section.breadth),
         elastic_modulus=section.elastic_modulus,
         shear_modulus=section.shear_modulus,
         density=section.density,

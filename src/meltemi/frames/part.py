@@ -35,6 +35,7 @@ from meltemi.compiler import (
     xyz,
 )
 from meltemi.core.errors import InputError
+from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
@@ -371,7 +372,7 @@ def in_water(
         origin=origin,
     )
     a, flow, surface = k.acceleration[:, :-1], k.velocity[:, :-1], k.elevation[:, :-1]
-    along = np.einsum("tpi,pi->tp", a, p.axis)
+    along = (a * p.axis).sum(axis=2)
     axial = (p.along - p.inertial) * along + rho * gravity * p.area * k.pressure[:, :-1]
     still = still_forces(p, rho, sea.level, gravity)
     force = p.inertial[:, None] * a + axial[..., None] * p.axis + still
@@ -379,13 +380,13 @@ def in_water(
         flow = flow + np.column_stack([sea.current.at(place[:, 2], depth), np.zeros(len(place))])
     moving = sea.stretching != "none"
     low, high = (sea.level + moving * each for each in (surface.min(initial=0.0), surface.max(initial=0.0)))
-    deep = int(np.searchsorted(p.high, low + 1e-9, side="right"))
+    deep = int(np.searchsorted(p.high, low + TOLERANCE, side="right"))
     wet = max(deep, int(np.flatnonzero(p.low < high).max(initial=-1)) + 1)
     water = constants["water"].copy()
     v = View(FrameWater, water)
     v["depth"], v["level"], v["step"], v["period"], v["deep"], v["wet"] = depth, sea.level, k.dt, k.period, deep, wet
     shape = loads.shape
-    push = np.einsum("tpi,kpi->tk", force[:, :deep], shape[:, :deep])
+    push = force[:, :deep].reshape(len(flow), -1) @ shape[:, :deep].reshape(len(shape), -1).T
     return {
         "water": water,
         "frame_flow": np.ascontiguousarray(flow.reshape(len(flow), -1)),
