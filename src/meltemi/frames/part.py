@@ -35,6 +35,7 @@ from meltemi.compiler import (
     xyz,
 )
 from meltemi.core.errors import InputError
+from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
@@ -379,7 +380,7 @@ def in_water(
         flow = flow + np.column_stack([sea.current.at(place[:, 2], depth), np.zeros(len(place))])
     moving = sea.stretching != "none"
     low, high = (sea.level + moving * each for each in (surface.min(initial=0.0), surface.max(initial=0.0)))
-    deep = int(np.searchsorted(p.high, low + 1e-9, side="right"))
+    deep = int(np.searchsorted(p.high, low + TOLERANCE, side="right"))
     wet = max(deep, int(np.flatnonzero(p.low < high).max(initial=-1)) + 1)
     water = constants["water"].copy()
     v = View(FrameWater, water)
