@@ -234,7 +234,7 @@ class Frame(Record):
                 f"the interface is at {first:g} m, but tower.base_height is {base:g} m", "frame", "interface"
             )
         for name, (_, _, z) in self.joints.items():
-            if z > base + TOLERANCE:
+            if self.feet and z > base + TOLERANCE:  # columns of a floater may rise above the base
                 raise PlacedError(
                     f"joint {name!r} is at {z:g} m, above the tower's base at {base:g} m", "frame", "joints", name
                 )
