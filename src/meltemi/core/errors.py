@@ -22,6 +22,14 @@ class InputError(MeltemiError):
     """Invalid user input: a file, a key, a value, a name."""
 
 
+class PlacedError(ValueError):
+    """A problem that a record finds in itself, with the keys from there to the place where it is."""
+
+    def __init__(self, message: str, *keys: str | int) -> None:
+        super().__init__(message)
+        self.keys = keys
+
+
 class UnknownNameError(InputError, KeyError):
     """A name that a mapping, such as a result, does not have."""
 

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from meltemi.core.deferred import without_deferral
-from meltemi.core.errors import InputError, did_you_mean, place_of
+from meltemi.core.errors import InputError, PlacedError, did_you_mean, place_of
 from meltemi.core.units import ANGULAR, in_degrees, unit_of
 
 Keys = tuple[int | str, ...]
@@ -40,8 +40,10 @@ def explain(
 def _keys(problem: Any, kind: type[BaseModel], data: Any) -> tuple[int | str, ...]:
     """The key path of a problem in the file, without the names of alternatives that pydantic inserts."""
     keys: list[int | str] = []
-    for i, part in enumerate(problem["loc"]):
-        if _tagged(_annotations_at(kind, problem["loc"][:i]), part):
+    error = problem.get("ctx", {}).get("error")
+    place = (*problem["loc"], *(error.keys if isinstance(error, PlacedError) else ()))
+    for i, part in enumerate(place):
+        if _tagged(_annotations_at(kind, place[:i]), part):
             continue
         holds = isinstance(data, dict) and part in data
         if holds or (isinstance(data, list | tuple) and isinstance(part, int) and part < len(data)):

@@ -102,5 +102,5 @@ def machine(turbine: Turbine) -> dict[str, Any]:
         "tower_length": tower.length,
         "tower_height": [round(float(v), 3) for v in z],
         "tower_diameter": [round(float(v), 3) for v in width],
-        "water": next((each.view_shape() for each in (turbine.support, turbine.platform) if each is not None), None),
+        "water": next((each.view_shape() for each in turbine.substructures), None),
     }

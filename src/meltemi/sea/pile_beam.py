@@ -172,6 +172,23 @@ def _settled(support: Support, soil: Soil) -> tuple[Springs, Float]:
     return springs, moved
 
 
+def pile_head(support: Support) -> tuple[Float, Float, Float]:
+    """Static condensation of the part of a pile in soil to its upper end at the mudline.
+
+    Returns:
+      (6, 6) stiffness, its mass (Guyan), and the share of the springs along the pile in the stiffness.
+    """
+    assert support.soil is not None
+    springs, edges = soil_springs(support, support.soil), pile_edges(support)
+    edges = edges[edges <= -support.depth + 1e-9]
+    mesh = assemble(_cut(pile_beam(support), edges[-1] - edges[0]), edges - edges[0])
+    around = spread(springs, edges)
+    G = softened(grounded(mesh, springs.foot), around)
+    stiffness = np.asarray(np.linalg.inv(G[-6:] @ G[-6:].T), float)
+    bent = G @ (G[-6:].T @ stiffness)
+    return stiffness, bent.T @ mesh.mass @ bent, (bent.T * around) @ bent
+
+
 def _bending(support: Support) -> float:
     """Largest bending stiffness [N m^2]."""
     hole = support.diameter - 2.0 * support.thickness

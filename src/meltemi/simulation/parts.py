@@ -64,6 +64,21 @@ class StateRows:
         return [LinearVariable(name, unit, (((self.array, i), 1.0),), (self.derivative, i)) for i, (name, unit) in each]
 
 
+@dataclass(frozen=True)
+class Derived:
+    """Channels that are a linear function of others, which a run computes for all its samples at once.
+
+    Attributes:
+      channels: the R channels.
+      sources: the B channels that the time loop records for them.
+      matrix: (B, R) values by those of the sources.
+    """
+
+    channels: Sequence[Channel]
+    sources: Sequence[Channel]
+    matrix: Any
+
+
 class Part:
     """Base of parts, which does nothing. A part is a frozen data class of the arrays that its records need.
 
@@ -101,6 +116,10 @@ class Part:
         """Channels that a run can record of the part."""
         return ()
 
+    def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
+        """Those of the channels of a run that follow from other ones; ``parts`` are those of the run."""
+        return None
+
     def states(self) -> Sequence[StateRows]:
         """States of linear models."""
         return ()
@@ -127,6 +146,7 @@ PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
+    "meltemi.frames.part": lambda turbine, options: getattr(turbine, "frame", None) is not None,
     "meltemi.floating.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
 }
 """Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""

@@ -20,7 +20,7 @@ from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.grid import check_grid
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.operating_point import OperatingPoint
-from meltemi.simulation.parts import Part, part_of_sea
+from meltemi.simulation.parts import Derived, Part, part_of_sea
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
@@ -57,6 +57,7 @@ class RunPlan:
     Attributes:
       model, stations, channels: the simulated model, and what is recorded.
       parts: parts of the run besides those of the model.
+      derived: channels that follow from others.
       recorder: recorder of the scene for the view, ``meltemi.scene.motion.Recorder``; None without a view.
       events: events of the run.
       dt: [s] time step.
@@ -67,6 +68,7 @@ class RunPlan:
     stations: Stations
     parts: tuple[Part, ...]
     channels: tuple[Channel, ...]
+    derived: tuple[Derived, ...]
     recorder: Any
     events: Events
     dt: float
@@ -103,6 +105,7 @@ def planned(run: Run) -> RunPlan:
     sea = part_of_sea(run.sea, model, run.duration, run.origin)
     parts = tuple(part for part in (sea, run.other_wind) if part is not None)
     chosen = choose(model, run.channels, stations, parts)
+    derived = tuple(each for part in model.parts if (each := part.derived(chosen, parts)) is not None)
     recorder = None
     if run.view:
         recorder = import_module(SCENE).Recorder(model, stations)
@@ -121,7 +124,7 @@ def planned(run: Run) -> RunPlan:
             "give controller=meltemi.control.PowerController(turbine, meltemi.analysis.performance_of(turbine)) "
             "or a controller that follows it"
         )
-    return RunPlan(model, stations, parts, tuple(chosen), recorder, events, dt, n_steps, every_output)
+    return RunPlan(model, stations, parts, tuple(chosen), derived, recorder, events, dt, n_steps, every_output)
 
 
 def _events(run: Run, model: Model[Any], dt: float, n_steps: int) -> Events:

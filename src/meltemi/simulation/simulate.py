@@ -157,7 +157,8 @@ class Simulation:
         }
         self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
         self.output_step = plan.every_output * plan.dt
-        self.channels, self.recorder, self.grid, self.sea = plan.channels, plan.recorder, run.grid, run.sea
+        self.channels, self.derived, self.recorder = plan.channels, plan.derived, plan.recorder
+        self.grid, self.sea = run.grid, run.sea
         self.events, self._noticed, self._planned = plan.events.given, around.noticed, around.log
         self._acted: list[tuple[int, LogEntry]] = []
         self.interrupted = False
@@ -193,7 +194,10 @@ class Simulation:
         """March ``n_steps`` time steps, at most to the end of the run."""
         began, left = clock_time.perf_counter(), min(n_steps, self.n_steps - int(self.case.clock.step))
         for done in range(0, left, self.held_steps):
+            first = int(self.case.clock.row)
             self.loop.march(min(left - done, self.held_steps))
+            if self.derived:
+                self._derive(self.loop.output[first : int(self.case.clock.row)])
             if self.sink is not None:
                 self.sink()
         self.run_seconds += clock_time.perf_counter() - began
@@ -201,6 +205,14 @@ class Simulation:
             self.interrupted = True
         if self.finished:
             self.close()
+
+    def _derive(self, samples: NDArray[np.float64]) -> None:
+        """Compute the channels of samples that follow from others."""
+        place, begin = {channel: i for i, channel in enumerate(self.channels)}, len(self.channels)
+        for each in self.derived:
+            end = begin + len(each.sources)
+            samples[:, [place[channel] for channel in each.channels]] = samples[:, begin:end] @ each.matrix
+            begin = end
 
     def stream(self, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """March a run without end, piece by piece, in the memory of its output.
@@ -348,6 +360,7 @@ class Simulation:
         rows = int(self.case.clock.row)
         output = self.loop.output[:rows]
         data = output[:, : len(self.channels)].copy()
+        scene = output[:, len(self.channels) + sum(len(each.sources) for each in self.derived) :]
         time = np.arange(rows, dtype=float) * self.output_step
         for j, channel in enumerate(self.channels):
             if channel.wrap:
@@ -369,7 +382,7 @@ class Simulation:
             status=self.status,
             message=self.message,
             meta=meta,
-            scene=self.recorder.scene(output[:, data.shape[1] :], time, self.wind) if self.recorder else None,
+            scene=self.recorder.scene(scene, time, self.wind) if self.recorder else None,
         )
 
 

@@ -124,7 +124,8 @@ def started(
 def compiled(plan: RunPlan, started: Started, held_steps: int, numbers: Kind) -> Loop:
     """The time loop of the run, with room for the samples of some of its time steps."""
     case = started.case
-    places = np.array([case.place(channel) for channel in plan.channels], dtype=np.int64)
+    sources = (source for each in plan.derived for source in each.sources)
+    places = np.array([case.place(channel) for channel in (*plan.channels, *sources)], dtype=np.int64)
     if plan.recorder:
         places = np.concatenate([places, plan.recorder.places(case)])
     samples = (min(plan.n_steps, held_steps) - 1) // plan.every_output + 1

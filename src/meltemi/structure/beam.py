@@ -167,7 +167,7 @@ def assemble(beam: Beam, z: Float) -> Mesh:
     root = np.asarray(np.linalg.cholesky(sums(weights, compliance, B)), float)
     # the part beyond an element moves with its end
     G = _carried(points, points[1:], root) * np.kron(np.tri(n, n - 1, -1), np.ones((6, 6)))
-    N = _shape_functions((q - z[e]) / (z[e + 1] - z[e]), points[e + 1] - points[e])
+    N = shape_functions((q - z[e]) / (z[e + 1] - z[e]), points[e + 1] - points[e])
     M = np.zeros((6 * n, 6 * n))
     for k, part in enumerate(sums(weights, section, N)):
         M[6 * k : 6 * k + 12, 6 * k : 6 * k + 12] += part
@@ -180,7 +180,7 @@ def _carried(points: Float, origins: Float, motions: Float) -> Float:
     return result
 
 
-def _shape_functions(x: Float, chord: Float) -> Float:
+def shape_functions(x: Float, chord: Float) -> Float:
     """(m, 6, 12) motion at fractions ``x`` (m,) of elements along ``chord`` (m, 3) from the motion of their ends.
 
     Bending is cubic in displacement with sections normal to the deflected axis, stretch and twist are linear.
@@ -281,14 +281,25 @@ def natural_modes(
         alone[:6, :6] += base[1]
     if tip_mass is not None:
         M[-6:, -6:] += tip_mass
+    value, shape = lowest_modes(G, M, n)
+    shapes = shape.reshape(len(shape), -1, 6)
+    return Modes(mesh.z, mesh.points, shapes, np.diag(value), np.eye(len(shape)), shape @ alone @ shape.T)
+
+
+def lowest_modes(G: Float, M: Float, n: int) -> tuple[Float, Float]:
+    """Squares (k,) of the ``n`` lowest frequencies, and modes (k, N) of unit mass; fewer if not all coordinates move.
+
+    Args:
+      G: (N, c) factor of the flexibility, G G^T.
+      M: (N, N) mass matrix.
+    """
     # with x = w G y the problem K x = w^2 M x is G^T M G y = y / w^2: no inverse is needed, the lowest modes are
     # computed first and to machine precision, and stiff directions and sections without inertia cause no difficulty
     total = G.shape[1]
     inverse, y = scipy.linalg.eigh(G.T @ M @ G, subset_by_index=(total - min(n, total), total - 1))
     moving = np.flatnonzero(inverse > 1e-12 * inverse[-1])[::-1]
-    n, value = len(moving), 1.0 / inverse[moving]
-    shape = (G @ y[:, moving] * np.sqrt(value)).T
-    return Modes(mesh.z, mesh.points, shape.reshape(n, -1, 6), np.diag(value), np.eye(n), shape @ alone @ shape.T)
+    value = 1.0 / inverse[moving]
+    return value, (G @ y[:, moving] * np.sqrt(value)).T
 
 
 def residual_modes(mesh: Mesh, modes: Modes, loads: Float) -> Modes:

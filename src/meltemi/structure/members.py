@@ -85,6 +85,7 @@ class ModalMember:
       beam: the member's sections.
       momenta: (6, k + 6) linear and angular momentum of a tower about its base, by unit rates of its modes on a base at
         rest and then of that base along and about x, y, z; None unless the base moves.
+      below: (k, n, 6) shapes of the nodes of a frame below a tower; None without.
     """
 
     names: tuple[str, ...]
@@ -93,6 +94,7 @@ class ModalMember:
     second: Float
     beam: Beam
     momenta: Float | None = None
+    below: Float | None = None
 
     def second_at(self, z: Float) -> Float:
         """(k, k, m, 3) second-order displacements at coordinates ``z`` (m,)."""

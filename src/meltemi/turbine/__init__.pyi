@@ -4,6 +4,7 @@ from meltemi.electrical.system import size_electrical as size_electrical
 from meltemi.floating.moorings import MooringLine as MooringLine
 from meltemi.floating.moorings import MooringPoint as MooringPoint
 from meltemi.floating.platform import Platform as Platform
+from meltemi.frames.definition import Frame as Frame
 from meltemi.sea.mass_dampers import MassDamper as MassDamper
 from meltemi.sea.soil import Soil as Soil
 from meltemi.sea.support import Support as Support

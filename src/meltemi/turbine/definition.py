@@ -25,7 +25,7 @@ from meltemi.turbine.imbalance import Imbalance, deviations
 from meltemi.turbine.representation import TurbineBase
 
 if TYPE_CHECKING:
-    from meltemi.turbine import ElectricalSystem, MassDamper, Platform, Support
+    from meltemi.turbine import ElectricalSystem, Frame, MassDamper, Platform, Support
     from meltemi.turbine.gearbox import Gearbox
     from meltemi.turbine.ice import Icing
 else:
@@ -34,6 +34,7 @@ else:
     ElectricalSystem = deferred("meltemi.electrical.system", "ElectricalSystem")
     MassDamper = deferred("meltemi.sea.mass_dampers", "MassDamper")
     Support = deferred("meltemi.sea.support", "Support")
+    Frame = deferred("meltemi.frames.definition", "Frame")
     Platform = deferred("meltemi.floating.platform", "Platform")
 
 HALF_TURN = math.pi
@@ -674,6 +675,8 @@ class Turbine(TurbineBase):
     foundation: Foundation | None = None
     support: Support | None = None
     """Pile in the sea below the tower; ``foundation`` is then that of its foot."""
+    frame: Frame | None = None
+    """Frame of many members below the tower: a jacket or tripod, or with ``platform`` the structure of a floater."""
     mass_dampers: tuple[MassDamper, ...] = ()
     """Tuned mass dampers in tower, nacelle or blades, whose masses do not include them."""
     platform: Platform | None = None
@@ -706,7 +709,8 @@ class Turbine(TurbineBase):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
-        if (below := self.support or self.platform) is not None:
+        self._check_base()
+        for below in self.substructures:
             below.check_fit(self.tower, self.foundation)
         if self.icing is not None:
             self.icing.on(self.n_blades)
@@ -715,6 +719,24 @@ class Turbine(TurbineBase):
         ordered(self, "cut_in", "cut_out", "m/s")
         above_ground(self.hub_height, self.rotor_radius)
         return self
+
+    def _check_base(self) -> None:
+        """The tower stands on one thing, or floats."""
+        frame = self.frame
+        if frame is None:
+            return
+        from meltemi.core.errors import PlacedError
+
+        if self.support is not None:
+            raise PlacedError("a tower stands on a frame or a support; remove one of them", "frame")
+        if bool(frame.feet) == (self.platform is not None):
+            feet, what = ("has", "floats on a platform") if frame.feet else ("has no", "does not float on a platform")
+            raise PlacedError(f"the frame {feet} feet, and the turbine {what}; give it either", "frame", "feet")
+
+    @property
+    def substructures(self) -> tuple[Support | Frame | Platform, ...]:
+        """What the tower stands on in the water: pile, frame, platform."""
+        return tuple(each for each in (self.support, self.frame, self.platform) if each is not None)
 
     @property
     def blades_alike(self) -> bool:

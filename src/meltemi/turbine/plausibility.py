@@ -54,7 +54,7 @@ def plausibility_warnings(turbine: AnyTurbine) -> tuple[str, ...]:
         sentences += [*electrical.problems(), *_electrical(electrical, turbine.control.torque.rated_power)]
     if isinstance(turbine, Turbine):
         sentences += [*_blade(turbine), *_tower(turbine), *_airfoils(turbine)]
-        sentences += [] if (below := turbine.support or turbine.platform) is None else below.doubts(turbine)
+        sentences += [words for below in turbine.substructures for words in below.doubts(turbine)]
     elif turbine.coefficient.kind == "table":
         sentences += _table(turbine.coefficient)
     return tuple(f"{words}; is its unit right?" for words in sentences if words)

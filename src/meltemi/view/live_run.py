@@ -147,7 +147,7 @@ class LiveRun:
             from meltemi.sea.sea_part import sea_part
 
             model = replace(model, parts=(*model.parts, sea_part(sea, model, SEA_PERIOD, (0.0, 0.0))))
-            water: Any = model.turbine.platform or model.turbine.support
+            water: Any = model.turbine.substructures[0]
             self.waves = sea.components(water.depth + sea.level, SEA_PERIOD, model.environment.gravity)
             assert self.waves.period == SEA_PERIOD, "the kernels read no further"
         names = [name for name, _ in channels]

@@ -54,8 +54,8 @@ from meltemi.turbine.imbalance import deviations
 
 Float = NDArray[np.float64]
 
-SUPPORTED = "meltemi.sea.pile_beam"
-"""Module whose ``supported_tower`` makes one member of a tower and the pile below it."""
+SUPPORTED = {"support": "meltemi.sea.pile_beam", "frame": "meltemi.frames.reduction"}
+"""Modules whose ``supported_tower`` makes one member of a tower and the pile or frame below it."""
 MOST_NATURAL = (5, 3, 2)
 """Flap, edge and torsion modes that fewer than all residual modes may complete."""
 
@@ -154,8 +154,9 @@ def _members(
     head = head_mass(turbine, pieces, axis)
     with _about(f"{turbine.name}: tower"):
         make: Any = tower_member
-        if turbine.support is not None:
-            make = partial(import_module(SUPPORTED).supported_tower, turbine.support)
+        for name, module in SUPPORTED.items():
+            if (below := getattr(turbine, name)) is not None:
+                make = partial(import_module(module).supported_tower, below)
         tower: ModalMember = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
     return blade, pieces, tower
 
@@ -258,7 +259,7 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
 
 
 def _coordinates(turbine: Turbine, blade: ModalMember, tower: ModalMember) -> tuple[str, ...]:
-    names = [name if name.startswith(("base ", "pile ")) else f"tower {name}" for name in tower.names] + ["", "", ""]
+    names = [n if n.startswith(("base ", "pile ", "frame ")) else f"tower {n}" for n in tower.names] + [""] * 3
     rows = rows_of(len(names))
     names[rows.yaw], names[rows.generator], names[rows.torsion] = "yaw", "generator", "drivetrain"
     for b in range(turbine.n_blades):

@@ -1,0 +1,4 @@
+"""Substructures of many members: jackets, tripods, flexible floaters; their water, section loads and joints.
+
+Reference: docs/theory/frames.md (F-1 ...).
+"""

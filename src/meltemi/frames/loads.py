@@ -1,0 +1,210 @@
+"""What section loads of members follow from at one instant, as a matrix; their channels.
+
+Reference: docs/theory/frames.md (F-25 to F-29).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.fingerprint import fingerprint
+from meltemi.frames.finite_elements import Assembly
+from meltemi.frames.recovery import recovery
+from meltemi.frames.water import NOWHERE, Pieces, liquid_inside
+from meltemi.simulation.channels import Channel
+
+Float = NDArray[np.float64]
+
+PLACES = {"start": 0.0, "middle": 0.5, "end": 1.0}
+COMPONENTS = (
+    ("force_x", "N", "shear along the member's x"),
+    ("force_y", "N", "shear along the member's y"),
+    ("force_z", "N", "axial force in the wall, tension positive"),
+    ("moment_x", "N m", "bending moment about the member's x"),
+    ("moment_y", "N m", "bending moment about the member's y"),
+    ("moment_z", "N m", "torsion"),
+    ("tension", "N", "effective tension: axial force and the pressures of still water on full sections"),
+)
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Section loads of members as a product of a matrix with the present loads and motion.
+
+    Attributes:
+      assembly: finite elements.
+      pieces: pieces on which the water acts.
+      below: (k, n, 6) modes at the nodes.
+      gravity: [m/s^2].
+    """
+
+    assembly: Assembly
+    pieces: Pieces
+    below: Float
+    gravity: float
+
+    def content_hash(self) -> str:
+        """Hash of the description from which all of it follows."""
+        return str(fingerprint(self.assembly.frame, self.assembly.points, self.below, self.gravity))
+
+    @cached_property
+    def sections(self) -> tuple[tuple[str, str], ...]:
+        """Member and place of each section."""
+        beams = [name for name, member in self.assembly.frame.members.items() if member.kind in ("beam", "cable")]
+        return tuple((name, place) for name in beams for place in PLACES)
+
+    @cached_property
+    def channels(self) -> tuple[Channel, ...]:
+        """Channels of all sections."""
+        sign = "load of the part beyond the section on the part before it"
+        return tuple(
+            Channel(
+                f"member_{name}_{place}_{component}",
+                "",
+                unit,
+                "member",
+                sign,
+                f"{what}, {place} of member {name}",
+                ("frame_section", component),
+                (n,),
+            )
+            for n, (name, place) in enumerate(self.sections)
+            for component, unit, what in COMPONENTS
+        )
+
+    @cached_property
+    def constant(self) -> tuple[Float, Float]:
+        """Constant loads of weight and liquid inside, on nodes (n, 6) and on the ends of elements (e, 2, 6)."""
+        a, e = self.assembly, self.assembly.elements
+        nodes, ends = liquid_inside(a)
+        growth = np.zeros((len(e.length), 3))
+        growth[:, 2] = -e.growth
+        return self.gravity * (nodes + a.joint_weight), self.gravity * (ends + a.weight + a.line_loads(growth))
+
+    @cached_property
+    def shape(self) -> Float:
+        """(k, P, 3) modes at the pieces."""
+        return self.pieces.moved(self.assembly, self.below)
+
+    @cached_property
+    def generalised(self) -> Float:
+        """(k,) generalised forces of the constant loads."""
+        nodes, ends = self.constant
+        result: Float = np.einsum("kni,ni->k", self.below, nodes + self.assembly.nodal(ends))
+        return result
+
+    def of_ground_and_water(self, still: Float, level: float = 0.0) -> Float:
+        """(B, 12) reaction of the ground at the mudline, and load of the water about still water (F-29).
+
+        Args:
+          still: (P, 3) [N] forces of still water on the pieces, which also turn with the displaced frame.
+          level: [m] of still water above mean sea level.
+        """
+        p, k, a = self.pieces, len(self.below), self.assembly
+        m = 3 * len(p.low)
+        result = np.zeros((m + 7 + 2 * k, 12))
+        bed = np.array([0.0, 0.0, -a.frame.depth])
+        result[:m, 6:] = _wrench(p.place - np.array([0.0, 0.0, level]))
+        result[:m, :6] = -_wrench(p.place - bed)
+        base = a.points[-1] - bed
+        result[m : m + 6, :6] = -np.vstack([_wrench(base[None]), np.hstack([np.zeros((3, 3)), np.eye(3)])])
+        nodes, ends = self.constant
+        inertia = (a.mass @ self.below.reshape(k, -1).T).T.reshape(self.below.shape)
+        about = a.points - bed
+        result[m + 6 : m + 6 + k, :6] = _total(inertia, about)
+        result[-1, :6] = -_total((nodes + a.nodal(ends))[None], about)[0]
+        result[m + 6 + k : -1, :6] = -np.concatenate([np.zeros((k, 3)), self._leaning(still)[2]], axis=1)
+        return result
+
+    def _leaning(self, still: Float) -> tuple[Float, Float, Float]:
+        """Moments by constant loads on the displaced frame per coordinate: nodes, ends, and all (k, 3) (F-28)."""
+        nodes, ends = self.constant
+        moved = self.below[..., :3]
+        on_nodes, on_ends = np.zeros_like(self.below), np.zeros((len(self.below), *ends.shape))
+        on_nodes[..., 3:] = np.cross(moved, nodes[:, :3])
+        on_ends[..., 3:] = np.cross(moved[:, self.assembly.elements.nodes], ends[..., :3])
+        joints = self.pieces.node != NOWHERE
+        np.add.at(
+            on_nodes,
+            (slice(None), self.pieces.node[joints], slice(3, 6)),
+            np.cross(self.shape[:, joints], still[joints]),
+        )
+        return on_nodes, on_ends, on_nodes[..., 3:].sum(axis=1) + on_ends[..., 3:].sum(axis=(1, 2))
+
+    def of_members(self, channels: Sequence[Channel], still: Float) -> Float:
+        """(B, R) the loads of channels of sections."""
+        asked = sorted({channel.index[0] for channel in channels})
+        row = {section: i for i, section in enumerate(asked)}
+        sections = [self.sections[n] for n in asked]
+        a, p, k = self.assembly, self.pieces, len(self.below)
+        r = recovery(a, [(name, PLACES[place]) for name, place in sections])
+        count, m = 6 * len(sections), 3 * len(p.low)
+        result = np.zeros((m + 7 + 2 * k, count))
+        nodal = r.nodal[:count].reshape(count, -1, 6)
+        shapes = p.ends(a)
+        for n in range(len(p.low)):
+            if p.node[n] != NOWHERE:
+                result[3 * n : 3 * n + 3] = nodal[:, p.node[n], :3].T
+                continue
+            first, last = a.elements.nodes[p.element[n]]
+            result[3 * n : 3 * n + 3] = shapes[n, :, :6] @ nodal[:, first].T + shapes[n, :, 6:] @ nodal[:, last].T
+            for i in np.flatnonzero(r.element == p.element[n]):
+                result[3 * n : 3 * n + 3, 6 * i : 6 * i + 6] -= (r.cut[i] @ shapes[n].T).T
+        result[m : m + 6] = r.interface[:count].T
+        inertia = a.inertia(self.below)
+        joints = (a.mass @ self.below.reshape(k, -1).T).T.reshape(self.below.shape) - a.nodal(inertia)
+        result[m + 6 : m + 6 + k] = -r.loads(joints + a.nodal(inertia), inertia)[:, :count]
+        nodes, ends, _ = self._leaning(still)
+        result[m + 6 + k : -1] = r.loads(nodes + a.nodal(ends), ends)[:, :count]
+        nodes, ends = self.constant
+        result[-1] = r.loads(nodes + a.nodal(ends) + a.nodal(a.pretension), ends + a.pretension)[:count]
+        result = np.concatenate([result, result[:, 2::6]], axis=1)
+        result[-1, count:] += [self._pressures(*section) for section in sections]
+        places = [i for i, _ in enumerate(COMPONENTS)]
+        names = [name for name, _, _ in COMPONENTS]
+        assert len(places) == 7
+        columns = [
+            count + row[c.index[0]] if c.source[1] == "tension" else 6 * row[c.index[0]] + names.index(c.source[1])
+            for c in channels
+        ]
+        return result[:, columns]
+
+    def _pressures(self, name: str, place: str) -> float:
+        """[N] pressure of still water outside less that inside on the full sections of a member (F-42)."""
+        frame, member = self.assembly.frame, self.assembly.frame.members[name]
+        if member.kind != "beam":
+            return 0.0
+        from meltemi.frames.water import beams, grown, inner_surface
+
+        _, _, a, b, diameter = next(each for each in beams(frame) if each[0] == name)
+        s = PLACES[place]
+        z = float(a[2] + s * (b[2] - a[2]))
+        outside = inside = 0.0
+        if -frame.depth <= z < 0.0:
+            outside = -z * frame.water_density * 0.25 * np.pi * (diameter(s) + 2.0 * grown(frame, z)) ** 2
+        top, density = inner_surface(member, np.array([a[2], b[2]]))
+        if top is not None and z < top:
+            mine = np.flatnonzero(self.assembly.elements.member == self.assembly.members.index(name))
+            section = self.assembly.elements.properties[mine[min(int(s * len(mine)), len(mine) - 1)]]
+            assert section is not None
+            inside = (top - z) * (frame.water_density if member.flooded else density) * section.hole
+        return self.gravity * (outside - inside)
+
+
+def _wrench(place: Float) -> Float:
+    """(3 P, 6) force and moment about the origin by unit forces at places (P, 3)."""
+    result = np.zeros((len(place), 3, 6))
+    result[:, :, :3] = np.eye(3)
+    result[:, :, 3:] = np.cross(place[:, None], np.eye(3)[None])
+    return result.reshape(-1, 6)
+
+
+def _total(loads: Float, place: Float) -> Float:
+    """(k, 6) sums of loads (k, n, 6) at places (n, 3), about the origin."""
+    force = loads[..., :3].sum(axis=1)
+    return np.concatenate([force, (loads[..., 3:] + np.cross(place, loads[..., :3])).sum(axis=1)], axis=1)
