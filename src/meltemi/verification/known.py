@@ -77,8 +77,8 @@ SUBDYN = (
 )
 SECOND_MODES = (
     "second modes of tower and frame ring at 1.15 Hz beside six times the rotation, 1.21 Hz, and OpenFAST's step of 50 "
-    "ms lowers them by 1 %; 3 % less stiffness of the frame moves the standard deviation of ReactFYss from -28 to -1 %; "
-    "below 0.9 Hz the bands hold"
+    "ms lowers them by 1 %; 3 % less stiffness of the frame changes the deviation of ReactFYss from -28 to -1 %; below "
+    "0.9 Hz the bands hold"
 )
 THRUST_OF_TOWER = "they follow the moment at the tower base, +1.5 %, and that at the blade root, +1.3 %"
 SMALL_MOMENT = "it fluctuates by 0.8 % of its mean"
