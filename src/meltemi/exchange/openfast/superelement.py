@@ -20,6 +20,8 @@ from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import Notes
 
 TITLE = re.compile(r"[^\w.+]*\s*(MASS|STIFF|DAMP|LOAD|FORC|WEIGHT)", re.IGNORECASE)
+ROUNDING = 1e-4
+"""Share of the largest entry by which symmetric entries may differ."""
 MATRICES = {"MASS": "mass", "STIFF": "stiffness", "DAMP": "damping"}
 
 
@@ -92,7 +94,10 @@ def _matrices(file: InputFile) -> tuple[dict[str, Float], bool]:
         if n < 6 or bad or len(table) < n:
             where = file.at(bad or (table[0][0] if table else 0))
             raise InputError(f"{where}: expected a {name} matrix of 6 rows and columns or more below its title")
-        content[name] = np.array([row for _, row in table[:n]], dtype=np.float64)
+        matrix = np.array([row for _, row in table[:n]], dtype=np.float64)
+        if np.abs(matrix - matrix.T).max() > ROUNDING * np.abs(matrix).max():
+            raise InputError(f"{file.at(table[0][0])}: the {name} matrix is not symmetric")
+        content[name] = 0.5 * (matrix + matrix.T)
     if len({x.shape for x in content.values()}) > 1:
         raise InputError(f"{file.path}: mass, stiffness and damping are of different sizes")
     loads = (row[1:] for kind in ("LOAD", "FORC") for _, row in rows.get(kind, []))
