@@ -9,12 +9,12 @@ import pytest
 
 import meltemi
 from meltemi import InputError
+from meltemi.cases.recordable import recordable
 from meltemi.exchange.deck_case import deck_case
 from meltemi.exchange.openfast.outlist import requested
 from meltemi.exchange.openfast.text import InputFile
 from meltemi.simulation.channels import ChannelSet, catalogue, channels_of_group, find, standard
 from meltemi.simulation.openfast_only import openfast_only, why_missing
-from meltemi.simulation.recordable import recordable
 
 GROUPS = ("disk", "sea", "platform")
 EVERY = catalogue(

@@ -175,8 +175,8 @@ def run(
 
 def _recorded(described: Run, case: LoadCase) -> tuple[Run, LoadCase]:
     """A run and its case without the channels that OpenFAST has, but not this turbine, each with a note."""
+    from meltemi.cases.recordable import recordable
     from meltemi.simulation.plan import model_channels
-    from meltemi.simulation.recordable import recordable
 
     assert isinstance(described.model, meltemi.Model)
     names, missing = recordable(case.channels, model_channels(described.model, described.stations))

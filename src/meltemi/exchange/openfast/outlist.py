@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from meltemi.cases.recordable import recordable
 from meltemi.core.errors import InputError
 from meltemi.exchange.openfast.text import InputFile
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.report import Notes
 from meltemi.simulation.channels import Channel, ChannelSet, catalogue, channels_of_group, find
-from meltemi.simulation.recordable import recordable
 from meltemi.turbine.definition import Turbine
 
 OF_NODE = re.compile(r"B(\d)N(\d)([A-Za-z]\w*)", re.IGNORECASE)
