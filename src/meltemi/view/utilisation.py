@@ -45,6 +45,6 @@ def with_utilisation(scene: Scene, result: Result) -> tuple[Scene, str]:
         return scene, ""
     worst, s = max(used, key=lambda name: used[name]), JointSettings()
     return scene, (
-        f" Members are coloured by utilisation ({s.standard}, yield stress {1e-6 * s.yield_stress:g} MPa, loads without "
-        f"partial safety factors): white 0, dark {used[worst]:.2f}, of member {worst}."
+        f" Members are coloured by utilisation ({s.standard}, yield stress {1e-6 * s.yield_stress:g} MPa, loads "
+        f"without partial safety factors): white 0, dark {used[worst]:.2f}, of member {worst}."
     )
