@@ -57,6 +57,7 @@ PAGES = (
     "docs/guide/electrical.md",
     "docs/guide/operating-points.md",
     pytest.param("docs/guide/power-control.md", marks=pytest.mark.long),
+    "docs/guide/frames.md",
     "docs/guide/linear.md",
     "docs/guide/observer.md",
     "docs/guide/coordination.md",

@@ -148,7 +148,9 @@ class RunOptions(WindOptions):
         "operating: steady operation; deck: rotor speed, pitch and azimuth of the .fst [operating].",
     ] = None
     channels: Annotated[
-        tuple[str, ...] | None, "Channels to record, separated by commas; 'all' records everything.", CHANNELS
+        tuple[str, ...] | None,
+        "Channels to record, separated by commas; 'all' records everything, * is any text.",
+        CHANNELS,
     ] = None
 
 

@@ -161,7 +161,7 @@ class LoadCase(Record):
     duration: float = Field(gt=0.0, le=1e6)
     """[s; 1 to 1e5] duration."""
     channels: tuple[str, ...] = tuple(DEFAULT)
-    """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them."""
+    """Channels to record, by meltemi's or OpenFAST's names; "all" records all of them, * is any text."""
     output_step: float = Field(default=0.05, gt=0.0, le=10.0)
     """[s; 0.001 to 2] interval of the records."""
     transient: float = Field(default=0.0, ge=0.0)

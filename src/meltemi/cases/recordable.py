@@ -14,7 +14,7 @@ def recordable(names: Iterable[str], available: dict[str, Channel]) -> tuple[tup
     """Names of channels without those that OpenFAST has, but a model has not, and why for each of them.
 
     Args:
-      names: meltemi's, OpenFAST's, and ``all``.
+      names: meltemi's, OpenFAST's, ``all``, and patterns with ``*``.
       available: channels of the model.
 
     Raises:
@@ -23,7 +23,7 @@ def recordable(names: Iterable[str], available: dict[str, Channel]) -> tuple[tup
     missing: dict[str, str] = {}
     names = tuple(names)
     for name in names:
-        if name == "all" or name in DEFAULT:
+        if name == "all" or "*" in name or name in DEFAULT:
             continue
         try:
             find(name, available)

@@ -17,7 +17,6 @@ from meltemi.sea.soil import Soil
 from meltemi.sea.support import Growth
 from meltemi.turbine.definition import Foundation, Tower
 
-
 BURIED = 1.0
 """[m] feet farther above the sea bed do not stand on it."""
 
@@ -280,7 +279,8 @@ class Frame(Record):
                 known(name, self.joints, "joint", field)
 
     def view_shape(self) -> dict[str, Any]:
-        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines; itself."""
+        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines;
+        the frame itself."""
         members = []
         for member in self.members.values():
             if member.kind == "beam":

@@ -156,6 +156,7 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
     for number, first in enumerate(rounds):
         some = ways[first : first + N_DERIVATIVES]
         simulation = Simulation(run, numbers="duals", prepare=lambda case, some=some: seed(case, some))  # type: ignore[misc]
+        check_derived(simulation)
         march(simulation, None if progress is None else lambda s, n=number: progress((n + s) / len(rounds)))  # type: ignore[misc]
         if simulation.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
@@ -177,6 +178,19 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
         slopes=series_slopes,
         switches=switches,
     )
+
+
+def check_derived(simulation: Simulation) -> None:
+    """Check that no recorded channel is computed after the time loop, where derivatives end.
+
+    Raises:
+      InputError: there is one.
+    """
+    if names := [channel.name for each in simulation.derived for channel in each.channels]:
+        raise InputError(
+            f"{names[0]}: section loads of members are computed after the time loop and have no derivatives; leave "
+            "these channels out"
+        )
 
 
 def settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:

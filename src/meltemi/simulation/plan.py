@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fnmatch
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -234,6 +235,12 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: S
     for name in (*names, *(name for part in model.parts for name in part.shown if whole)):
         if name == "all":
             chosen.update(available)
+            continue
+        if "*" in name:
+            alike = fnmatch.filter(available, name)
+            if not alike:
+                raise InputError(f"no channel is called {name!r}")
+            chosen.update({each: available[each] for each in alike})
             continue
         if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
             continue  # blade 3 of a two-bladed turbine, or blades of a power-coefficient turbine

@@ -36,7 +36,8 @@ class Run:
       duration: [s] simulated time.
       controller: by default the baseline controller with the turbine's settings; or a function of the wind that
         returns it.
-      channels: names of the recorded channels, meltemi's or OpenFAST's; ``"all"`` among them records every channel.
+      channels: names of the recorded channels, meltemi's or OpenFAST's; ``"all"`` among them records every channel,
+        and ``*`` stands for any text, as in ``"member_*"``.
       output_step: [s] between output samples; a multiple of the time step.
       start: operating point or initial conditions; conditions that name no coordinates begin in
         equilibrium; or a function without arguments that returns it when the run is prepared. By default the steady
