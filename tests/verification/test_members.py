@@ -33,10 +33,10 @@ JACKET = {
     "-HydroFxi - IntfFXss": (784882.0, -1.95241),
 }
 """Amplitude [N], [N m] and phase [rad] in a regular wave of 6 m and 10 s, 20 to 40 s after the start."""
-JACKET_LEGS = {"pileA-groutA": 861076.0, "pileB-groutB": 833376.0, "A1-A2": 576751.0, "B1-B2": 556859.0}
+JACKET_LEGS = {"pileA_groutA": 861076.0, "pileB_groutB": 833376.0, "A1_A2": 576751.0, "B1_B2": 556859.0}
 """[N] amplitude of the axial force, mean of two legs that are mirror images."""
 TRIPOD = {"HydroFxi": (2217285.0, 1.41042), "HydroMyi": (42406113.0, -1.68709), "ReactMYss": (57509755.0, -1.76392)}
-TRIPOD_LEGS = {"footA-ringA": 1226405.0, "footB-ringB": 580642.0, "footC-ringC": 580757.0}
+TRIPOD_LEGS = {"footA_ringA": 1226405.0, "footB_ringB": 580642.0, "footC_ringC": 580757.0}
 
 
 def started(**start: float) -> members.Series:
@@ -49,6 +49,7 @@ def harmonics(name: str, run: Result, channels: list[str]) -> dict[str, tuple[fl
     return {c: (m["amplitude"], m["phase"]) for c, m in measured.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "start", "figures", "legs", "band"),
     [("J3_H6T10", START, JACKET, JACKET_LEGS, 1.1), ("T3_H6T10", {}, TRIPOD, TRIPOD_LEGS, 0.9)],
@@ -141,6 +142,7 @@ def test_openfasts_reactions_are_not_in_equilibrium_on_a_jacket(reference: Path)
     assert rest < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.reference
 def test_braces_of_the_tripod_end_in_the_air_in_hydrodyns_file(reference: Path, tmp_path: Path) -> None:
     """First harmonic of ReactFZss: 103 kN; with pressure on the ends of braces at still water 312 kN."""
