@@ -310,7 +310,7 @@ def test_a_frame_of_all_kinds_comes_back(tmp_path: Path) -> None:
         for i in range(3)
     }
     middle = 0.5 * (np.array(joints["J1"]) + joints["J5"])
-    joints |= {"J10": [1.0, 0.0, 22.0], "J11": joints["J6"], "J12": middle.tolist()}
+    joints |= {"J10": [1.0, 0.0, 19.0], "J11": joints["J6"], "J12": middle.tolist()}
     members: dict[str, Any] = {}
 
     def add(a: int, b: int, section: str, **keys: Any) -> None:
@@ -372,6 +372,18 @@ def test_a_matrix_of_the_interface_comes_back(tmp_path: Path) -> None:
     for old, new in zip(frame.members.values(), found.members.values(), strict=True):
         same(frame.sections[old.section].content(), found.sections[new.section].content())
         same([frame.joints[j] for j in old.joints], [found.joints[j] for j in new.joints])
+
+
+def test_what_a_frame_refuses_has_the_line_of_the_deck(tmp_path: Path) -> None:
+    main = write_openfast(jacket(), tmp_path, options=SIMPLE, duration=10.0).main
+    sub = tmp_path / "SubDyn.dat"
+    lines = sub.read_text().splitlines()
+    k = next(i for i, line in enumerate(lines) if "JointXss" in line) + 5
+    name, _, *rest = lines[k].split()
+    lines[k] = " ".join([name, "6000.0", *rest])
+    sub.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=rf"frame.joints.J{name}: .*is it in mm\? \(SubDyn.dat:{k + 1}\)$"):
+        read_deck(main, control_of=jacket())
 
 
 @pytest.mark.parametrize(
@@ -464,7 +476,7 @@ def decks(reference: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_reference_decks(decks: Path, tmp_path: Path) -> None:
     """Masses by SubDyn's summaries (shared/reference/openfast_members), without transition piece and water."""
     control = load_turbine("nrel5mw")
@@ -482,7 +494,7 @@ def test_the_reference_decks(decks: Path, tmp_path: Path) -> None:
     assert dry_deck is not None and all(m.potential_flow for m in dry_deck.members.values())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_floating_frame_has_its_platform(decks: Path) -> None:
     """Mass with ballast 3 710 433 kg + 95.19 MN / g, volume 13 919 m^3 (README of the reference)."""
     turbine = read_deck(decks / "S1_decay/run.fst", control_of=load_turbine("nrel5mw")).turbine

@@ -36,6 +36,10 @@ def check(frame: Frame) -> None:
     _connections(frame)
     for i, foot in enumerate(frame.feet):
         _shapes(foot, {"stiffness": (6, 6), "mass": (6, 6)}, "feet", i)
+        if foot.joint in (each.joint for each in frame.feet[:i]):
+            raise PlacedError(f"joint {foot.joint!r} has two feet", "feet", i)
+        if (K := foot.stiffness) is not None and not (np.allclose(K, K.T, rtol=1e-6) and np.linalg.eigvalsh(K)[0] > 0):
+            raise PlacedError("stiffness must be symmetric and positive definite", "feet", i, "stiffness")
         pile = frame.sections.get(foot.pile_section or "")
         if foot.soil is not None and (foot.pile_length is None or pile is None or pile.kind != "tube"):
             raise PlacedError("a foot with soil needs pile_length and pile_section, a tube", "feet", i)

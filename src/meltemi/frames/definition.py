@@ -18,6 +18,10 @@ from meltemi.sea.support import Growth
 from meltemi.turbine.definition import Foundation, Tower
 
 
+BURIED = 1.0
+"""[m] feet farther above the sea bed do not stand on it."""
+
+
 class Section(Record):
     """Section of a member: a tube, a rectangle, or any by its area and moments. Its material is by default steel."""
 
@@ -230,9 +234,16 @@ class Frame(Record):
                 f"the interface is at {first:g} m, but tower.base_height is {base:g} m", "frame", "interface"
             )
         for name, (_, _, z) in self.joints.items():
-            if z > base + TOLERANCE:
+            if self.feet and z > base + TOLERANCE:  # columns of a floater may rise above the base
                 raise PlacedError(
                     f"joint {name!r} is at {z:g} m, above the tower's base at {base:g} m", "frame", "joints", name
+                )
+        for i, foot in enumerate(self.feet):
+            if (above := self.joints[foot.joint][2] + self.depth) > BURIED:
+                raise PlacedError(
+                    f"joint {foot.joint!r} is {above:g} m above the sea bed, at a depth of {self.depth:g} m; feet "
+                    "stand on it",
+                    *("frame", "feet", i),
                 )
         if self.feet and foundation is not None:
             raise ValueError("foundation: the frame has feet of its own; remove foundation")
@@ -249,7 +260,8 @@ class Frame(Record):
     def _check_names(self) -> None:
         def known(name: str | None, names: Any, what: str, *keys: str | int) -> None:
             if name is not None and name not in names:
-                raise PlacedError(f"{what} {name!r} is not there: {did_you_mean(name, names)}", *keys)
+                near = did_you_mean(name, names) if names else "there are none"
+                raise PlacedError(f"{what} {name!r} is not there: {near}", *keys)
 
         for name, member in self.members.items():
             for joint in member.joints:

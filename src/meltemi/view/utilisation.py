@@ -25,8 +25,9 @@ def with_utilisation(scene: Scene, result: Result) -> tuple[Scene, str]:
     if "frame" not in water:
         return scene, ""
     from meltemi.frames.definition import Frame
-    from meltemi.frames.joints.fatigue import PLACES, largest_utilisations
+    from meltemi.frames.joints.fatigue import largest_utilisations
     from meltemi.frames.joints.settings import JointSettings
+    from meltemi.frames.loads import PLACES
 
     frame, part = Frame(**water["frame"]), result.evaluated
     channels = {(name, at): [f"member_{name}_{at}_{load}" for load in SIX] for name in frame.members for at in PLACES}
@@ -45,6 +46,6 @@ def with_utilisation(scene: Scene, result: Result) -> tuple[Scene, str]:
         return scene, ""
     worst, s = max(used, key=lambda name: used[name]), JointSettings()
     return scene, (
-        f" Members are coloured by utilisation ({s.standard}, yield stress {1e-6 * s.yield_stress:g} MPa, loads without "
-        f"partial safety factors): white 0, dark {used[worst]:.2f}, of member {worst}."
+        f" Members are coloured by utilisation ({s.standard}, yield stress {1e-6 * s.yield_stress:g} MPa, loads "
+        f"without partial safety factors): white 0, dark {used[worst]:.2f}, of member {worst}."
     )

@@ -90,7 +90,12 @@ def table(file: InputFile, names: Sequence[str], least: int, notes: Notes) -> li
 
 
 class SubDyn:
-    """Tables of a SubDyn file as keys of ``Frame``; ``joints`` are positions (3,) [m] by name."""
+    """Tables of a SubDyn file as keys of ``Frame``.
+
+    Attributes:
+      joints: positions (3,) [m] by name.
+      places: file and line of joints, sections and members by their key path.
+    """
 
     def __init__(self, file: InputFile, notes: Notes) -> None:
         self.file, self.notes = file, notes
@@ -98,6 +103,7 @@ class SubDyn:
         self.new = file.find("NPropSetsRec") is not None
         self.joint_rows = table(file, ["NJoints"], 4, notes)
         self.joints = {row.name("J"): np.array(row.numbers(1, 4)) for row in self.joint_rows}
+        self.places = {f"frame.joints.{row.name('J')}": file.place(row.line) for row in self.joint_rows}
         if len(self.joints) < len(self.joint_rows):
             raise InputError(f"{file.path}: the table of NJoints has a joint twice")
 
@@ -130,6 +136,7 @@ class SubDyn:
                 if 2.0 * each.get("thickness", 0.0) > across * (1.0 + 1e-9):
                     raise row.error(f"the wall of {each['thickness']:g} m is more than half of {across:g} m")
                 content[row.name(kind)] = {"kind": kind, **each}
+                self.places[f"frame.sections.{row.name(kind)}"] = self.file.place(row.line)
         return content
 
     def members(self, sections: dict[str, Any]) -> dict[str, dict[str, Any]]:
@@ -164,6 +171,7 @@ class SubDyn:
                 values = properties[names[0]][1]
                 each |= {"stiffness": self._spring(row, list(values.values()))} if kind == "5" else values
             content[row.name("M")] = each
+            self.places[f"frame.members.{row.name('M')}"] = self.file.place(row.line)
         return content
 
     def _spring(self, row: Row, values: list[float]) -> Float:
@@ -302,6 +310,7 @@ def read_frame(file: InputFile, v: Values, notes: Notes) -> dict[str, Any]:
     ):
         if sub.v[target] is not None:
             sub.v.note("used" if sub.v[target] else "equivalent", target, f"frame.{key}")
+    v.source |= sub.places
     sub.v.differs("approximated", 3, element="elements with shear (Timoshenko)")
     return content | _damping(sub, base, v)
 

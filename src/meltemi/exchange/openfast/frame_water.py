@@ -128,20 +128,18 @@ def hydro_members(file: InputFile, notes: Notes) -> list[HydroMember]:
         wanted = {"id": "PropSetID", "a": "PropA", "b": "PropB", "t": "PropThck"}
         rectangles = hydro_rows(file, "NPropSetsRec", columns.HYDRO_RECTANGLES, wanted, notes)
         sections |= {(RECTANGLE, i): [0.5 * (a + b), t] for i, a, b, t in rectangles}
+    names = layout[:-1]
+    values = hydro_rows(file, "NMembers", " ".join(layout), dict(zip(names, names, strict=True)), notes)
     content = []
-    for line, words in rows:
-        values = [number(word) for word in words[: len(layout) - 1]]
-        if None in values:
-            raise InputError(f"{file.at(line)}: a member needs numbers before PropPot, found {' '.join(words)[:60]!r}")
-        each = dict(zip(layout, (int(x or 0) for x in values), strict=False))
-        i, geometry = each["MemberID"], each.get("MSecGeom", ROUND)
-        ends, sets = ([each[f"{name}{k}"] for k in (1, 2)] for name in ("MJointID", "MPropSetID"))
+    for (line, words), row in zip(rows, values, strict=True):
+        each = dict(zip(names, row, strict=True))
+        i, geometry = int(each["MemberID"]), int(each.get("MSecGeom", ROUND))
+        ends, sets = ([int(each[f"{name}{k}"]) for k in (1, 2)] for name in ("MJointID", "MPropSetID"))
         if not set(ends) <= set(joints) or not {(geometry, k) for k in sets} <= set(sections):
             raise InputError(f"{file.at(line)}: member {i} names a joint or property set that is not defined")
-        a, b = (np.array(joints[k]) for k in ends)
-        size = np.array([sections[geometry, k] for k in sets])
-        piece, within = float(values[layout.index("MDivSize")] or 0.0), bool(flag(words[len(layout) - 1]))
-        content.append(HydroMember(i, line, a, b, geometry, size, piece, each["MCoefMod"], within))
+        (a, b), size = (np.array(joints[k]) for k in ends), np.array([sections[geometry, k] for k in sets])
+        within, model = bool(flag(words[len(names)])), int(each["MCoefMod"])
+        content.append(HydroMember(i, line, a, b, geometry, size, each["MDivSize"], model, within))
         if each.get("MHstLMod", 1) == 0 and not within:
             notes.add("ignored", file.place(line), f"MHstLMod of member {i} is 0", "members have buoyancy")
     if not content:

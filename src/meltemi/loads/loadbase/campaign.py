@@ -28,6 +28,7 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, write_record
 from meltemi.environment.site import Environment
+from meltemi.frames.joints.geometry import tubular_joints
 from meltemi.frames.joints.settings import JointSettings
 from meltemi.iec.classes import WindClass, wind_class
 from meltemi.loads.loadbase.metocean import Metocean
@@ -131,7 +132,7 @@ class Campaign(Record):
     """One seed, three speeds, one azimuth and instant, yaw sweeps in steps of 90 deg: for a first look."""
     joints: bool | JointSettings = False
     """Whether damage of the joints and utilisation of the members of the turbine's frame are evaluated, by default
-    settings or these."""
+    settings or these; :func:`make_campaign` asks for them where a frame has joints of tubes."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Model options, as in a case file."""
@@ -253,6 +254,7 @@ def make_campaign(
     }
     for below in described.substructures:
         data["depth"] = below.depth
+    data["joints"] = described.frame is not None and bool(tubular_joints(described.frame))
     data |= settings
     if (standard := data.get("standard")) in AT_SEA:
         stands = described.frame is not None and described.platform is None
