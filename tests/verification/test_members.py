@@ -14,6 +14,8 @@ import pytest
 from meltemi import load_turbine
 from meltemi.core.errors import InputError
 from meltemi.frames.finite_elements import assemble
+from meltemi.frames.loads import Loads
+from meltemi.frames.part import still_forces
 from meltemi.frames.reduction import tower_base
 from meltemi.frames.water import pieces
 from meltemi.sea.airy import wave_number
@@ -88,6 +90,22 @@ def test_the_wave_of_the_jacket_at_rest() -> None:
     assert abs(force[:, 0].sum()) == pytest.approx(694.3e3, rel=4e-3)
     moment = (p.place[:, 2] * force[:, 0] - p.place[:, 0] * force[:, 2]).sum()
     assert abs(moment) == pytest.approx(13.219e6, rel=6e-3)
+
+
+def test_weight_and_buoyancy_of_the_jacket_at_rest() -> None:
+    """Ground less tower: OpenFAST has 16.474 - 5.551 MN; its reactions lack 15 kN of weight at the feet, and of marine
+    growth, 164.2 m^3, it takes 1684 kN."""
+    turbine = load_turbine("nrel5mw-jacket")
+    frame = turbine.frame
+    assert frame is not None
+    assembly = assemble(frame, tower_base(frame, turbine.tower))
+    p = pieces(assembly)
+    loads = Loads(assembly, p, np.zeros((1, len(assembly.points), 6)), 9.80665)
+    still = still_forces(p, 1025.0, 0.0, 9.80665)
+    reaction = loads.of_ground_and_water(still)[-1, 2] - still[p.high < 1e-6, 2].sum()
+    assert reaction == pytest.approx((16.4743 - 5.5506 + 0.0147 + 1.7718 - 1.6840) * 1e6, rel=1e-3)
+    growth = 9.80665 * assembly.elements.growth @ assembly.elements.length
+    assert growth == pytest.approx(9.80665 * 1100.0 * 164.247, rel=1e-5)
 
 
 def test_a_folder_without_runs_is_named(tmp_path: Path) -> None:
