@@ -146,7 +146,7 @@ def test_openfasts_reactions_are_not_in_equilibrium_on_a_jacket(reference: Path)
 
     def first(name: str, *channels: str) -> complex:
         x = members.series(reference / f"openfast_members/series/{name}.npz")
-        m = members.measures(members.CASES[name], x["Time"], None, sum(x[c] for c in channels))
+        m = members.measures(members.CASES[name], x["Time"], None, np.sum([x[c] for c in channels], axis=0))
         return complex(m["amplitude"] * np.exp(1j * m["phase"]))
 
     assert abs(first("J3_H6T10", "HydroFyi", "IntfFYss")) < 0.2e3
@@ -176,7 +176,7 @@ def test_braces_across_differ_by_what_acts_across_in_openfast(reference: Path) -
         waves[np.fft.rfftfreq(int(late.sum()), members.STEP) > 0.25] = 0.0
         return np.fft.irfft(waves, int(late.sum()))
 
-    across = slow(sum(theirs[f"M{i}N1FKye"] for i in (1, 2, 3, 4)))
+    across = slow(np.sum([theirs[f"M{i}N1FKye"] for i in (1, 2, 3, 4)], axis=0))
     for key, channel in channels.items():
         a, b = slow(theirs[key]), slow(run[channel])
         share = (a - b) @ across / (across @ across)
