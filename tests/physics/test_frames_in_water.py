@@ -475,7 +475,13 @@ SEAS = {
 def test_a_frame_of_one_leg_is_a_monopile(twins: dict[bool, tuple[Any, Any]], name: str) -> None:
     """At rest within 1e-3, with a level that is not at the edge of a piece 8e-3; in motion it has the same modes."""
     sea, bound = SEAS[name]
-    run = {"duration": 18.0, "sea": sea, "controller": ConstantController(), "start": Start(), "output_step": 0.1}
+    run: dict[str, Any] = {
+        "duration": 18.0,
+        "sea": sea,
+        "controller": ConstantController(),
+        "start": Start(),
+        "output_step": 0.1,
+    }
     one, other = (simulate(model, 0.1, channels=RUN, **run) for model in twins[True])
     for channel in RUN:
         assert np.abs(other[channel] - one[channel]).max() <= bound * np.abs(one[channel]).max(), channel
