@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import Status
 from meltemi.loads.loadbase.campaign import make_campaign
-from meltemi.loads.loadbase.interfaces import BLADE_STATIONS, TOWER_STATIONS, interfaces_of, recorded
+from meltemi.loads.loadbase.interfaces import interfaces_of, known_channels, recorded
 from meltemi.loads.loadbase.jobs import CaseRow, jobs_of
 from meltemi.loads.loadbase.joints import member_channels, with_joints, without_members
 from meltemi.loads.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loads.loadbase.reduction import reduced
 from meltemi.loads.loadbase.store import ResultStore
 from meltemi.loads.loadbase.table import load_table
-from meltemi.simulation.channels import ChannelSet, catalogue, find
+from meltemi.simulation.channels import find
 from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
 
@@ -79,7 +79,7 @@ def synthetic_base(
     turbine = load_turbine(of.campaign.turbine)
     interfaces = interfaces_of(turbine)
     names = recorded(turbine, interfaces)
-    known = catalogue(ChannelSet(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS)))
+    known = known_channels(turbine.n_blades)
     channels = tuple(find(name, known) for name in names)
     if of.campaign.joints:
         like = find("tower_base_force_x", known)

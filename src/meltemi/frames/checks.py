@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse.csgraph
+from scipy.spatial import cKDTree
 
 from meltemi.core.errors import PlacedError
 
@@ -90,23 +91,16 @@ def _connections(frame: Frame) -> None:
             raise PlacedError(
                 f"joint {name!r} hangs free: no members connect it with a foot or the interface", "joints", name
             )
-    places = np.array([frame.joints[name] for name in names])
-    joined = {frozenset(link) for link in links} | {frozenset(frame.interface)}
-    order = np.argsort(places[:, 2])
-    for k, i in enumerate(order):
-        for j in order[k + 1 :]:
-            if places[j, 2] - places[i, 2] > TOLERANCE:
-                break
-            if np.linalg.norm(places[j] - places[i]) < TOLERANCE:
-                pair = frozenset((names[i], names[j]))
-                if pair not in joined and not pair <= set(frame.interface):
-                    first, second = sorted(pair, key=names.index)
-                    raise PlacedError(
-                        f"joints {first!r} and {second!r} are at one place and not connected; "
-                        "use one joint, or a spring or a rigid link between them",
-                        "joints",
-                        second,
-                    )
+    joined = {frozenset(link) for link in links}
+    close = cKDTree(np.array([frame.joints[name] for name in names])).query_pairs(TOLERANCE)
+    for first, second in ((names[i], names[j]) for i, j in sorted(close)):
+        if {first, second} not in joined and not {first, second} <= set(frame.interface):
+            raise PlacedError(
+                f"joints {first!r} and {second!r} are at one place and not connected; "
+                "use one joint, or a spring or a rigid link between them",
+                "joints",
+                second,
+            )
 
 
 def _shapes(record: Any, wanted: Mapping[str, tuple[int, ...]], *keys: str | int) -> None:

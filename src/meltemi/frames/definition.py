@@ -26,7 +26,7 @@ class Section(Record):
 
     kind: Literal["tube", "rectangle", "general"] = "tube"
     diameter: float | None = Field(default=None, gt=0.0)
-    """[m; 0.2 to 20] outer diameter of a tube."""
+    """[m; 0.2 to 20] outer diameter of a tube; of a general section that in the water."""
     width: float | None = Field(default=None, gt=0.0)
     """[m; 0.2 to 30] outer width of a rectangle along the member's x."""
     height: float | None = Field(default=None, gt=0.0)
@@ -71,9 +71,9 @@ class Section(Record):
 
     @property
     def breadth(self) -> float:
-        """[m] diameter of a tube, mean of the sides of a rectangle, diameter of a rod of equal area."""
-        if self.kind == "tube":
-            return float(self.diameter or 0.0)
+        """[m] diameter; mean of the sides of a rectangle; diameter of a rod of the area of a general section."""
+        if self.diameter is not None:
+            return self.diameter
         if self.kind == "rectangle":
             return 0.5 * (float(self.width or 0.0) + float(self.height or 0.0))
         return float(np.sqrt(4.0 / np.pi * (self.area or 0.0)))
@@ -233,7 +233,7 @@ class Frame(Record):
                 f"the interface is at {first:g} m, but tower.base_height is {base:g} m", "frame", "interface"
             )
         for name, (_, _, z) in self.joints.items():
-            if z > base + TOLERANCE:
+            if self.feet and z > base + TOLERANCE:  # columns of a floater may rise above the base
                 raise PlacedError(
                     f"joint {name!r} is at {z:g} m, above the tower's base at {base:g} m", "frame", "joints", name
                 )

@@ -426,7 +426,7 @@ def _elements(frame: Frame, points: Float, member_nodes: dict[str, Int]) -> Elem
     # consistent with cubic bending and linear stretch and twist, with rotary inertia (F-6)
     N = _shapes(length[beam], axes[beam])
     M[beam] = np.einsum("g,e,egji,ejk,egkl->eil", GAUSS_W, length[beam], N, per_length[beam], N, optimize=True)
-    for k in np.flatnonzero(~beam):
+    for k in np.flatnonzero(~beam).tolist():
         K[k], M[k] = _without_section(members[member[k]], float(length[k]), axes[k, :, 2])
     return Elements(member, nodes, axes, length, K, M, steel, fill, growth, tuple(sections))
 

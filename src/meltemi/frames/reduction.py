@@ -13,6 +13,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from meltemi.core.threads import one_blas_thread
 from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
@@ -62,6 +63,7 @@ class Reduction:
         return np.concatenate([self.static, self.modes])
 
 
+@one_blas_thread
 def reduced(assembly: Assembly, modes: int) -> Reduction:
     """Reduce a frame to its base and at most ``modes`` modes.
 
@@ -89,6 +91,7 @@ def _nodes(columns: Float) -> Float:
     return columns.T.reshape(columns.shape[1], len(columns) // 6, 6)
 
 
+@one_blas_thread
 def frequencies(assembly: Assembly, count: int, *, fixed: bool = False) -> Float:
     """(count,) [rad/s] lowest natural frequencies of a frame in air without tower, its base free or ``fixed``.
 

@@ -25,8 +25,9 @@ def with_utilisation(scene: Scene, result: Result) -> tuple[Scene, str]:
     if "frame" not in water:
         return scene, ""
     from meltemi.frames.definition import Frame
-    from meltemi.frames.joints.fatigue import PLACES, largest_utilisations
+    from meltemi.frames.joints.fatigue import largest_utilisations
     from meltemi.frames.joints.settings import JointSettings
+    from meltemi.frames.loads import PLACES
 
     frame, part = Frame(**water["frame"]), result.evaluated
     channels = {(name, at): [f"member_{name}_{at}_{load}" for load in SIX] for name in frame.members for at in PLACES}

@@ -47,6 +47,20 @@ def classes(joint: Joint, loads: Loads, how: Classification) -> Float:
     return np.stack([K, X, 1.0 - K - X], axis=1)
 
 
+def balanced(joint: Joint, stresses: Float, how: Classification) -> Float:
+    """Share of each brace's out-of-plane bending that braces opposite to it balance, (n, T) or (n, 1) (F-59).
+
+    Args:
+      stresses: (n, T, 3) nominal stresses of the braces.
+    """
+    if how == "geometry":
+        return classes(joint, {}, how)[:, 1]
+    sizes = np.array([brace.tube.modulus * sin(brace.angle) for brace in joint.braces])
+    about = sizes[:, None] * stresses[:, :, 2]  # moments on the chord about its axis
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.clip(np.where(about != 0.0, -(joint.beside()[1] @ about) / about, 0.0), 0.0, 1.0)
+
+
 def loads_of(tube: Tube, loads: Loads) -> Float:
     """Section loads (T, 6) of a member's end.
 
@@ -102,16 +116,16 @@ def hot_spots(
     """
     c, s = np.cos(ANGLES), np.sin(ANGLES)
     near, shares = c**2, classes(joint, loads, how)
+    nominal = np.array([weld_stresses(joint, brace, loads) for brace in joint.braces])
+    across = balanced(joint, nominal, how)
     stresses = []
-    for brace, f, share in zip(joint.braces, factors, shares, strict=True):
-        axial, in_plane, out_of_plane = weld_stresses(joint, brace, loads).T
-        mixed = np.einsum("kij,kt->ijt", f.axial, share)  # side, crown or saddle, instant
+    for i, (brace, f) in enumerate(zip(joint.braces, factors, strict=True)):
+        axial, in_plane, out_of_plane = nominal[i].T
+        mixed = np.einsum("kij,kt->ijt", f.axial, shares[i])  # side, crown or saddle, instant
         around = near[:, None] * mixed[:, None, 0] + (1.0 - near)[:, None] * mixed[:, None, 1]
-        bent = (
-            f.bending[:, 0, None, None] * c[:, None] * in_plane
-            + f.bending[:, 1, None, None] * s[:, None] * out_of_plane
-        )
-        stress = around * axial + bent
+        inside, alone, opposed = f.bending.T[:, :, None, None]
+        out_of_plane = (alone + (opposed - alone) * across[i]) * out_of_plane
+        stress = around * axial + inside * c[:, None] * in_plane + s[:, None] * out_of_plane
         if bending:
             ahead, behind = chord_bending(joint, brace, loads).T
             below = np.where(c[:, None] > 1e-9, ahead, behind) * near[:, None]

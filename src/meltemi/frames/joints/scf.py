@@ -61,7 +61,7 @@ class Factors(NamedTuple):
 
     Attributes:
       axial: (3, 2, 2) by class K, X, T/Y, side chord, brace, and crown, saddle.
-      bending: (2, 2) by side, and in plane, out of plane.
+      bending: (2, 3) by side, and in plane, out of plane, out of plane where the brace opposite to it balances it.
     """
 
     axial: Float
@@ -143,8 +143,10 @@ def efthymiou(p: Parameters, C: float, bending: ChordBending) -> Factors:
         k = [[k1, k1], [k2, k2]]
         chord = max(chord, f4 * _k4(p))
     in_plane = 1.45 * b * t**0.85 * g ** (1.0 - 0.68 * b) * s**0.7
-    brace = t**-0.54 * g**-0.05 * (0.99 - 0.47 * b + 0.08 * b**4) * chord
-    return Factors(np.array([k, x, y]), np.array([[in_plane, chord], [inside, brace]]))
+    balanced = f3 * g * t * b * (1.56 - 1.34 * b**4) * s**1.6
+    brace = t**-0.54 * g**-0.05 * (0.99 - 0.47 * b + 0.08 * b**4)
+    bent = [[in_plane, chord, balanced], [inside, brace * chord, brace * balanced]]
+    return Factors(np.array([k, x, y]), np.array(bent))
 
 
 def _t10(g: float, b: float, t: float, th: float) -> float:
