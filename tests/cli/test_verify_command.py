@@ -37,3 +37,9 @@ def test_a_folder_without_models_of_hawc2_is_named(command: Command, tmp_path: P
     ran = command("verify", "--hawc2", str(tmp_path), "--out", str(tmp_path))
     assert ran.status == 2 and "none of the main files DTU_10MW_RWT.htc" in ran.err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_runs_of_frames_is_named(command: Command, tmp_path: Path) -> None:
+    ran = command("verify", "--members", str(tmp_path), "--out", str(tmp_path))
+    assert ran.status == 2 and "--members" in ran.err and "none of the runs series/J2_decay_dry" in ran.err
+    assert list(tmp_path.iterdir()) == []

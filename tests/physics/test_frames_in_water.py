@@ -12,7 +12,7 @@ from meltemi import ModelOptions, Start, build, load_turbine, simulate
 from meltemi.compiler import Vec, View
 from meltemi.control import ConstantController
 from meltemi.environment import Current, IrregularSea, RegularSea, StillWater
-from meltemi.frames.definition import Coefficients, EndCoefficients, Foot, Frame, Member, Section
+from meltemi.frames.definition import Coefficients, EndCoefficients, Foot, Frame, JointMass, Member, Section
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
 from meltemi.frames.loads import Loads
@@ -358,7 +358,7 @@ def test_tension_is_the_wall_force_less_the_pressures(cut: Any) -> None:
 def test_weight_on_the_displaced_frame_turns_with_it() -> None:
     """A column with liquid inside that leans by rotation about its foot: minus weight times displacement (F-28)."""
     column = frame(
-        {"a": [0, 0, -30], "b": [0, 0, 0]}, other={"ab": {"filled_to": 0.0}}, ends=EndCoefficients(pressure=0.0)
+        {"a": [0, 0, -30], "b": [0, 0, 0]}, other={"ab": {"filled_to": 0.0}}, masses=[JointMass(joint="b", mass=2e4)]
     )
     assembly = assemble(column)
     arms = assembly.points - assembly.points[0]
@@ -368,8 +368,8 @@ def test_weight_on_the_displaced_frame_turns_with_it() -> None:
     steel = float(assembly.elements.steel[0])
     liquid = RHO * np.pi / 4 * 1.14**2  # rests on the foot, which does not move
     by_tilt = R[3 * len(loads.pieces.low) + 12 + 4, 4]  # of the second half of the coordinates, rotation about y
-    assert by_tilt == pytest.approx(-G * steel * 30.0**2 / 2.0, rel=1e-6)
-    assert R[-1, 2] == pytest.approx(G * 30.0 * (steel + liquid))
+    assert by_tilt == pytest.approx(-G * (steel * 30.0**2 / 2.0 + 2e4 * 30.0), rel=1e-6)
+    assert R[-1, 2] == pytest.approx(G * (30.0 * (steel + liquid) + 2e4))
 
 
 # options ------------------------------------------------------------------------------------------

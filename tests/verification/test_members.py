@@ -14,6 +14,8 @@ import pytest
 from meltemi import load_turbine
 from meltemi.core.errors import InputError
 from meltemi.frames.finite_elements import assemble
+from meltemi.frames.loads import Loads
+from meltemi.frames.part import still_forces
 from meltemi.frames.reduction import tower_base
 from meltemi.frames.water import pieces
 from meltemi.sea.airy import wave_number
@@ -33,10 +35,10 @@ JACKET = {
     "-HydroFxi - IntfFXss": (784882.0, -1.95241),
 }
 """Amplitude [N], [N m] and phase [rad] in a regular wave of 6 m and 10 s, 20 to 40 s after the start."""
-JACKET_LEGS = {"pileA-groutA": 861076.0, "pileB-groutB": 833376.0, "A1-A2": 576751.0, "B1-B2": 556859.0}
+JACKET_LEGS = {"pileA_groutA": 861076.0, "pileB_groutB": 833376.0, "A1_A2": 576751.0, "B1_B2": 556859.0}
 """[N] amplitude of the axial force, mean of two legs that are mirror images."""
 TRIPOD = {"HydroFxi": (2217285.0, 1.41042), "HydroMyi": (42406113.0, -1.68709), "ReactMYss": (57509755.0, -1.76392)}
-TRIPOD_LEGS = {"footA-ringA": 1226405.0, "footB-ringB": 580642.0, "footC-ringC": 580757.0}
+TRIPOD_LEGS = {"footA_ringA": 1226405.0, "footB_ringB": 580642.0, "footC_ringC": 580757.0}
 
 
 def started(**start: float) -> members.Series:
@@ -49,6 +51,7 @@ def harmonics(name: str, run: Result, channels: list[str]) -> dict[str, tuple[fl
     return {c: (m["amplitude"], m["phase"]) for c, m in measured.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "start", "figures", "legs", "band"),
     [("J3_H6T10", START, JACKET, JACKET_LEGS, 1.1), ("T3_H6T10", {}, TRIPOD, TRIPOD_LEGS, 0.9)],
@@ -87,6 +90,22 @@ def test_the_wave_of_the_jacket_at_rest() -> None:
     assert abs(force[:, 0].sum()) == pytest.approx(694.3e3, rel=4e-3)
     moment = (p.place[:, 2] * force[:, 0] - p.place[:, 0] * force[:, 2]).sum()
     assert abs(moment) == pytest.approx(13.219e6, rel=6e-3)
+
+
+def test_weight_and_buoyancy_of_the_jacket_at_rest() -> None:
+    """Ground less tower: OpenFAST has 16.474 - 5.551 MN; its reactions lack 15 kN of weight at the feet, and of marine
+    growth, 164.2 m^3, it takes 1684 kN."""
+    turbine = load_turbine("nrel5mw-jacket")
+    frame = turbine.frame
+    assert frame is not None
+    assembly = assemble(frame, tower_base(frame, turbine.tower))
+    p = pieces(assembly)
+    loads = Loads(assembly, p, np.zeros((1, len(assembly.points), 6)), 9.80665)
+    still = still_forces(p, 1025.0, 0.0, 9.80665)
+    reaction = loads.of_ground_and_water(still)[-1, 2] - still[p.high < 1e-6, 2].sum()
+    assert reaction == pytest.approx((16.4743 - 5.5506 + 0.0147 + 1.7718 - 1.6840) * 1e6, rel=1e-3)
+    growth = 9.80665 * assembly.elements.growth @ assembly.elements.length
+    assert growth == pytest.approx(9.80665 * 1100.0 * 164.247, rel=1e-5)
 
 
 def test_a_folder_without_runs_is_named(tmp_path: Path) -> None:
@@ -141,6 +160,32 @@ def test_openfasts_reactions_are_not_in_equilibrium_on_a_jacket(reference: Path)
     assert rest < 1e-3
 
 
+@pytest.mark.long
+@pytest.mark.reference
+def test_braces_across_differ_by_what_acts_across_in_openfast(reference: Path) -> None:
+    """Below 0.25 Hz: +26 and +23 % of two braces and +1.6 % of a leg follow the sum of the legs' shears across."""
+    folder, name = reference / "openfast_members", "J4_Hs6Tp10"
+    theirs = members.series(folder / f"series/{name}.npz")
+    compared = {"M15N1FKze": "A1_DA1", "M16N1FKze": "DA1_D2", "M1N1FKze": "pileA_groutA"}
+    channels = {key: f"member_{member}_start_force_z" for key, member in compared.items()}
+    run = members.run(name, folder, theirs, tuple(channels.values()))
+    late = theirs["Time"] >= 30.0
+
+    def slow(x: np.ndarray) -> np.ndarray:
+        waves = np.fft.rfft(x[late] - x[late].mean())
+        waves[np.fft.rfftfreq(int(late.sum()), members.STEP) > 0.25] = 0.0
+        return np.fft.irfft(waves, int(late.sum()))
+
+    across = slow(sum(theirs[f"M{i}N1FKye"] for i in (1, 2, 3, 4)))
+    for key, channel in channels.items():
+        a, b = slow(theirs[key]), slow(run[channel])
+        share = (a - b) @ across / (across @ across)
+        assert abs(np.corrcoef(a - b, across)[0, 1]) > 0.95
+        assert b.std() / a.std() > 1.012
+        assert b.std() / (a - share * across).std() == pytest.approx(1.0, abs=0.012)
+
+
+@pytest.mark.long
 @pytest.mark.reference
 def test_braces_of_the_tripod_end_in_the_air_in_hydrodyns_file(reference: Path, tmp_path: Path) -> None:
     """First harmonic of ReactFZss: 103 kN; with pressure on the ends of braces at still water 312 kN."""

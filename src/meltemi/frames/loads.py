@@ -128,12 +128,8 @@ class Loads:
         on_nodes, on_ends = np.zeros_like(self.below), np.zeros((len(self.below), *ends.shape))
         on_nodes[..., 3:] = np.cross(moved, nodes[:, :3])
         on_ends[..., 3:] = np.cross(moved[:, self.assembly.elements.nodes], ends[..., :3])
-        joints = self.pieces.node != NOWHERE
-        np.add.at(
-            on_nodes,
-            (slice(None), self.pieces.node[joints], slice(3, 6)),
-            np.cross(self.shape[:, joints], still[joints]),
-        )
+        for n in np.flatnonzero(self.pieces.node != NOWHERE):
+            on_nodes[:, self.pieces.node[n], 3:] += np.cross(self.shape[:, n], still[n])
         return on_nodes, on_ends, on_nodes[..., 3:].sum(axis=1) + on_ends[..., 3:].sum(axis=(1, 2))
 
     def of_members(self, channels: Sequence[Channel], still: Float) -> Float:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ from meltemi.environment.site import Environment
 from meltemi.frames.definition import EndCoefficients
 from meltemi.postprocess.fatigue import damage_equivalent_load, usual_slope
 from meltemi.postprocess.files.openfast import si_unit
+from meltemi.report.palette import COLOURS
+from meltemi.report.plots import ABOVE, new_figure, panel
 from meltemi.sea.given import ComponentSea
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.result import Result
@@ -37,6 +39,9 @@ from meltemi.verification.openfast_deck import deck_options, deck_turbine
 from meltemi.verification.table import Check, CheckStudy, CheckTable, phase, relative
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind_files import read_bts
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Float = NDArray[np.float64]
 Series = dict[str, Float]
@@ -69,10 +74,10 @@ CASES = {
 HERTZ = {"1st tower side-side": 0.3106, "1st tower fore-aft": 0.3136}
 """Of the dry decay, in the README of the runs."""
 BASE, TURBINE = "HydroFxi HydroMyi ReactFXss ReactMYss".split(), "TwrBsMyt RootMyc1".split()
-LEGS = {f"M{i + 1}N1FKze": f"pile{x}-grout{x}" for i, x in enumerate("ABCD")}
-LEGS |= {f"M{i + 5}N1FKze": f"{x}1-{x}2" for i, x in enumerate("ABCD")}
-BRACES = {"M17N1FKze": "A1-AB1", "M18N1FKze": "A2-DA2", "M19N1FKze": "A3-DA3", "M20N1FKze": "B3-BC3"}
-FEET = {f"M{i + 9}N1FKze": f"foot{x}-ring{x}" for i, x in enumerate("ABC")}
+LEGS = {f"M{i + 1}N1FKze": f"pile{x}_grout{x}" for i, x in enumerate("ABCD")}
+LEGS |= {f"M{i + 5}N1FKze": f"{x}1_{x}2" for i, x in enumerate("ABCD")}
+BRACES = {"M17N1FKze": "A1_AB1", "M18N1FKze": "A2_DA2", "M19N1FKze": "A3_DA3", "M20N1FKze": "B3_BC3"}
+FEET = {f"M{i + 9}N1FKze": f"foot{x}_ring{x}" for i, x in enumerate("ABC")}
 MIRRORED = {f"M{a}N1FKze": f"M{b}N1FKze" for a, b in ((1, 4), (4, 1), (2, 3), (3, 2), (5, 8), (8, 5), (6, 7), (7, 6))}
 STEP, TIME_STEP = 0.05, 0.005
 """[s] between records, and of our runs."""
@@ -97,9 +102,11 @@ def studies(folder: Path) -> tuple[CheckStudy, ...]:
 
 def compared(name: str, folder: Path) -> CheckTable:
     """The comparison with a run."""
-    rows = loads(name, folder) if "decay" not in name else frequencies(name)
+    rows, figures = loads(name, folder) if "decay" not in name else (frequencies(name), {})
     title = f"NREL 5 MW on its {'tripod' if name[0] == 'T' else 'jacket'}, case {name}"
-    return CheckTable(f"members {name}", title, "OpenFAST v5.0.0 with SubDyn, HydroDyn", rows, "in equilibrium")
+    return CheckTable(
+        f"members {name}", title, "OpenFAST v5.0.0 with SubDyn, HydroDyn", rows, "in equilibrium", figures
+    )
 
 
 def model_of(name: str, *, dry: bool = False) -> BladedModel:
@@ -129,8 +136,8 @@ def frequencies(name: str) -> list[Check]:
     return [relative(what, name, "Hz", reference, hertz[what], 0.5) for what, reference in HERTZ.items()]
 
 
-def loads(name: str, folder: Path) -> list[Check]:
-    """Amplitude and phase in regular waves, else standard deviations and in wind equivalent loads."""
+def loads(name: str, folder: Path) -> tuple[list[Check], dict[str, Figure]]:
+    """Amplitude and phase in regular waves, else standard deviations and in wind equivalent loads, and a figure."""
     case, theirs = CASES[name], series(folder / "series" / f"{name}.npz")
     members = FEET if name[0] == "T" else LEGS if case.period else LEGS | BRACES
     floor = FLOOR * max(float(np.ptp(theirs[key])) for key in members) if case.period else 0.0
@@ -155,7 +162,22 @@ def loads(name: str, folder: Path) -> list[Check]:
                     f"{key} {what}", name, unit, value, ours[what], band, floor=floor * (key in members), beside=beside
                 )
             )
-    return rows
+    shown = {key: channels[key] for key in ("HydroFxi", "ReactMYss", "M1N1FKze", "M17N1FKze") if key in channels}
+    return rows, {} if case.period else {f"members_{name}": plot(shown, result, theirs, case.begin)}
+
+
+def plot(channels: dict[str, str], result: Result, theirs: Series, begin: float) -> Figure:
+    """Both over 30 s."""
+    figure, axes = new_figure(len(channels), size=(9.0, 7.0))
+    some = slice(round(begin / STEP), round((begin + 30.0) / STEP))
+    for ax, (key, channel) in zip(axes[:, 0], channels.items(), strict=True):
+        unit, factor = result.channel(channel).display_unit
+        for x, colour, width, label in ((theirs[key], 1, 2.4, "OpenFAST"), (result[channel], 0, 0.8, "meltemi")):
+            ax.plot(theirs["Time"][some], factor * x[some], color=COLOURS[colour], lw=width, label=label)
+        panel(ax, key, unit)
+    axes[0, 0].legend(ncols=2, **ABOVE)
+    axes[-1, 0].set_xlabel("time [s]")
+    return figure
 
 
 def measures(case: Case, time: Float, slope: float | None, x: Float) -> dict[str, float]:
@@ -181,8 +203,8 @@ def measures(case: Case, time: Float, slope: float | None, x: Float) -> dict[str
 def series(path: Path) -> Series:
     """Channels of a run in SI."""
     with np.load(path) as z:
-        factors = [si_unit(unit)[1] for unit in z["units"].tolist()]
-        return {name: factors[i] * z["data"][:, i].astype(float) for i, name in enumerate(z["channels"].tolist())}
+        names, units, data = z["channels"].tolist(), z["units"].tolist(), z["data"].astype(float)
+    return {name: si_unit(unit)[1] * x for name, unit, x in zip(names, units, data.T, strict=True)}
 
 
 def in_equilibrium(key: str, x: Series, *, mirrored: bool) -> Float | None:
