@@ -48,7 +48,7 @@ def test_the_summary_page_has_modes_masses_and_stiffness(jacket: Turbine) -> Non
     total = np.tile([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], len(assembly.points))
     assert sum(frame_masses(assembly).values()) == pytest.approx(total @ (assembly.mass @ total), rel=1e-9)
     picture, masses, frequencies, stiffness, ends = frame_blocks(jacket, model().rotor.tower)
-    assert masses.rows[0] == ["steel", f"{1e-3 * steel:.1f}"] and len(picture.content) > 20000  # type: ignore[union-attr]
+    assert masses.rows[0] == ["steel", f"{1e-3 * steel:.1f}"] and len(picture.png) > 20000  # type: ignore[union-attr]
     assert float(frequencies.rows[0][1]) < float(frequencies.rows[0][2])  # type: ignore[union-attr]
     assert [row[0] for row in stiffness.rows] == ["x", "y", "z", "about x", "about y", "about z"]  # type: ignore[union-attr]
     assert ends == "Ends of members at joints: drag 0, added mass 0, pressure 1."
