@@ -80,7 +80,7 @@ def test_outputs_of_decks_are_those_of_a_turbine_in_the_sea(jacket: Turbine) -> 
 def test_wrong_names_of_members_give_the_closest_ones(jacket: Turbine) -> None:
     with pytest.raises(UnknownNameError, match="did you mean member_A1_A2_middle_force_z"):
         find("member_A1_A22_middle_force_z", model_channels(model()))
-    with pytest.raises(UnknownNameError, match="only a turbine on a frame has it, with turbine.frame"):
+    with pytest.raises(UnknownNameError, match="section loads of members are those of runs of a turbine on a frame"):
         find(LEG, meltemi.simulation.channels.catalogue())  # type: ignore[attr-defined]
 
 
@@ -99,6 +99,16 @@ def test_derivatives_of_section_loads_are_refused() -> None:
     with pytest.raises(InputError, match=f"{LEG}: section loads of members are computed after the time loop"):
         check_derived(Simulation(run))
     check_derived(Simulation(replace(run, channels=["wave_elevation"])))
+
+
+@pytest.mark.slow
+def test_section_loads_have_no_value_at_an_instant() -> None:
+    point = meltemi.analysis.operating_point(model(), SteadyWind(speed=8.0))
+    assert point["mudline_reaction_moment_y"] < 0.0
+    with pytest.raises(UnknownNameError, match="section loads of members are those of runs"):
+        point[LEG]
+    with pytest.raises(InputError, match=f"linearise: '{LEG}' is computed after the time loop"):
+        meltemi.analysis.linearise(model(), point, outputs=[LEG])
 
 
 @pytest.mark.slow

@@ -239,7 +239,7 @@ def linearise(
     channels = kind.channels(model, Stations())
     outputs = [kind.channel(name, model, channels).name for name in outputs]
     for name in outputs:
-        if any(part.derived([channels[name]], model.parts) is not None for part in model.parts):
+        if any(channels[name].source[0] in part.afterwards for part in model.parts):
             raise InputError(f"linearise: {name!r} is computed after the time loop, and no output of a linear model")
     u = _inputs(case, point, _of_all_blades(inputs) if fixed else inputs)
     y = _outputs(case, [channels[name] for name in (_of_all_blades(outputs) if fixed else outputs)])

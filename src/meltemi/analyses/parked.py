@@ -22,9 +22,9 @@ from meltemi.analyses.continuation import CarefulOrbit, in_steps
 from meltemi.analyses.modes import growing
 from meltemi.core.errors import InputError
 from meltemi.core.threads import one_blas_thread
-from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_blades, with_static_gears
+from meltemi.simulation.bladed.rotor import BladedModel, channels_at_instants, with_blades, with_static_gears
 from meltemi.simulation.case import Case
-from meltemi.simulation.model import Model, Stations
+from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint, steady_wind
 from meltemi.simulation.orbit import FARTHEST, FULL, SETTLED
 from meltemi.simulation.start import set_actuators
@@ -196,7 +196,7 @@ def _stand(
     case.loads(0.0)
     equations(0.0, 0.0, case.system)  # with all forces applied
     left_over = float(case["core_force"][generator])
-    channels = bladed_channels(model, Stations())
+    channels = channels_at_instants(model)
     state = case["q"].copy()
     state[generator] -= azimuth
     return OperatingPoint(

@@ -280,6 +280,7 @@ class FramePart(Part):
         "frame_section": FrameSection,
         "frame_clock": FrameClock,
     }
+    afterwards: ClassVar[tuple[str, ...]] = ("frame_section",)
     loads: Loads
     constants: dict[str, Float]
 

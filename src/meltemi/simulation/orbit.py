@@ -24,10 +24,9 @@ from numpy.typing import NDArray
 
 from meltemi.aero.tables import AeroOptions, InflowState
 from meltemi.compiler import by_address, kernel, typeof, without_dispatch
-from meltemi.simulation.bladed.rotor import BladedModel, bladed_channels, with_static_gears
+from meltemi.simulation.bladed.rotor import BladedModel, channels_at_instants, with_static_gears
 from meltemi.simulation.case import Case
 from meltemi.simulation.loop import NUMBER
-from meltemi.simulation.model import Stations
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint
 from meltemi.simulation.step import ABSURD, equations, settle_induction
 from meltemi.simulation.system import System
@@ -378,7 +377,7 @@ class Orbit:
         aero = case.aero_states()
         self.prescribe(0.0)
         model = self.model
-        channels = bladed_channels(model, Stations())
+        channels = channels_at_instants(model)
         revolution = np.roll(rows, 1, axis=0)
         if self.speed < 0.0:  # order by rising azimuth
             revolution[1:] = revolution[:0:-1].copy()

@@ -87,6 +87,7 @@ class Part:
       system: class of the record of the turbine with this part.
       signals: arrays that channels may record, by their tables; states are among them, so that they are saved.
       parameter_tables: table, array and names of scalar parameters, as of a rotor.
+      afterwards: signals that a run computes after its time loop, and which have no value at an instant.
       replaces_momentum: whether the part computes the induced velocities in place of the momentum balance.
     """
 
@@ -95,6 +96,7 @@ class Part:
     system: ClassVar[type[KernelRecord] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
     parameter_tables: ClassVar[ParameterTables] = ()
+    afterwards: ClassVar[tuple[str, ...]] = ()
 
     @property
     def shown(self) -> tuple[str, ...]:

@@ -247,6 +247,12 @@ def bladed_channels(model: BladedModel, stations: Stations) -> dict[str, Channel
     )
 
 
+def channels_at_instants(model: BladedModel) -> dict[str, Channel]:
+    """Channels that have a value at an instant, by name."""
+    later = {name for part in model.parts for name in part.afterwards}
+    return {name: c for name, c in bladed_channels(model, Stations()).items() if c.source[0] not in later}
+
+
 def with_static_gears(model: BladedModel) -> BladedModel:
     """The model with a gearbox whose parts follow rotor and generator quasi-statically, without gearbox modes.
 
