@@ -13,7 +13,7 @@ from meltemi import InputError, load_turbine
 from meltemi.frames.definition import Foot, Frame, JointMass, Member, Releases, Section
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness, member_axes
 from meltemi.frames.recovery import PLACES, recovery
-from meltemi.frames.reduction import frequencies, reduced, supported_tower, tower_base
+from meltemi.frames.reduction import frequencies, reduced, supported_tower, tower_base, weight_stiffness
 from meltemi.frames.sections import properties
 from meltemi.sea.pile_beam import pile_beam, pile_head, soil_springs
 from meltemi.sea.soil import Sand, Soil
@@ -390,6 +390,21 @@ def test_the_buckling_load_of_a_column() -> None:
     least = 1.0 / np.max(scipy.linalg.eigvalsh(-soft, K))
     euler = np.pi**2 * BENDING / (4 * 10**2)
     assert least == pytest.approx(euler / (1 + euler / SHEAR), rel=2e-4)
+
+
+def test_a_column_buckles_under_its_weight() -> None:
+    """q L^3 / EI = 7.837 (Timoshenko and Gere); the water around carries what it displaces."""
+    assembly = assemble(CANTILEVER.replace(divisions=20, joints={"a": [0, 0, 10], "b": [0, 0, 110]}))
+    shapes = np.eye(assembly.free.shape[0])
+    T = assembly.transformation
+    nodes = (T @ shapes).T.reshape(len(shapes), -1, 6)
+    least = 1.0 / np.max(scipy.linalg.eigvalsh(-weight_stiffness(assembly, nodes), assembly.free.toarray()))
+    line = 7860.0 * SPAN.area
+    assert least * line == pytest.approx(7.837 * BENDING / 100**3, rel=2e-3)
+    deep = assemble(CANTILEVER.replace(divisions=20, joints={"a": [0, 0, -110], "b": [0, 0, -10]}, depth=200.0))
+    light = weight_stiffness(deep, nodes)
+    share = 1.0 - 1025.0 * np.pi / 4.0 / line
+    assert light == pytest.approx(share * weight_stiffness(assembly, nodes), rel=1e-6, abs=1e-6 * np.abs(light).max())
 
 
 def test_the_base_of_the_tower_lowers_as_the_column_bends() -> None:

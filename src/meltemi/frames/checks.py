@@ -36,8 +36,8 @@ def check(frame: Frame) -> None:
     _connections(frame)
     for i, foot in enumerate(frame.feet):
         _shapes(foot, {"stiffness": (6, 6), "mass": (6, 6)}, "feet", i)
-        section = frame.sections.get(foot.pile_section or "")
-        if foot.soil is not None and (foot.pile_length is None or section is None or section.kind != "tube"):
+        pile = frame.sections.get(foot.pile_section or "")
+        if foot.soil is not None and (foot.pile_length is None or pile is None or pile.kind != "tube"):
             raise PlacedError("a foot with soil needs pile_length and pile_section, a tube", "feet", i)
     for i, mass in enumerate(frame.masses):
         _shapes(mass, {"inertia": (6,), "centre": (3,)}, "masses", i)

@@ -156,9 +156,12 @@ class Assembly:
 
     def nodal(self, ends: Float) -> Float:
         """(..., n, 6) loads on nodes from loads (..., e, 2, 6) on the elements' ends."""
-        loads = np.zeros((*ends.shape[:-3], len(self.points), 6))
-        for side in (0, 1):
-            np.add.at(loads, (..., self.elements.nodes[:, side], slice(None)), ends[..., side, :])
+        n, e = len(self.points), len(self.elements.length)
+        at_nodes = scipy.sparse.csr_array(
+            (np.ones(2 * e), (self.elements.nodes.reshape(-1), np.arange(2 * e))), (n, 2 * e)
+        )
+        first = np.moveaxis(ends.reshape(*ends.shape[:-3], 2 * e, 6), -2, 0)
+        loads: Float = np.moveaxis((at_nodes @ first.reshape(2 * e, -1)).reshape(n, *first.shape[1:]), 0, -2)
         return loads
 
     def line_loads(self, force: Float) -> Float:
@@ -404,7 +407,7 @@ def _elements(frame: Frame, points: Float, member_nodes: dict[str, Int]) -> Elem
     sections: list[Properties | None] = [None] * e
     stiffness, rotary = np.ones((e, 6)), np.zeros((e, 3))
     steel, fill, growth = (np.array([members[i].line_mass for i in member]), np.zeros(e), np.zeros(e))
-    for k, i in enumerate(member):
+    for k, i in enumerate(member.tolist()):
         each = members[i]
         if each.kind == "beam":
             first, last = frame.sections[each.section], frame.sections[each.end_section or each.section]
@@ -503,9 +506,9 @@ def _ground(frame: Frame, foot: Foot) -> tuple[Float, Float, Float]:
     section = frame.sections[foot.pile_section]
     pile = Support(  # its mudline is 1 m below still water; only what is below the mudline counts
         depth=1.0,
-        position=[-1.0 - foot.pile_length, 1.0],
-        diameter=[section.breadth] * 2,
-        thickness=[section.thickness or 0.4999 * section.breadth] * 2,
+        position=np.array([-1.0 - foot.pile_length, 1.0]),
+        diameter=np.full(2, section.breadth),
+        thickness=np.full(2, section.thickness or 0.4999 * section.breadth),
         elastic_modulus=section.elastic_modulus,
         shear_modulus=section.shear_modulus,
         density=section.density,

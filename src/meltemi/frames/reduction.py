@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
-from meltemi.frames.water import added_mass, pieces
+from meltemi.frames.water import NOWHERE, added_mass, pieces
+from meltemi.sea.airy import GRAVITY
 from meltemi.sea.pile_beam import KINDS, first_frequency, grounded, strain_stiffness
 from meltemi.structure.beam import Mesh, Modes, lowest_modes, second_order, transfer
 from meltemi.structure.beam import assemble as beam_mesh
@@ -155,6 +156,7 @@ def supported_tower(
     second = second_order(modes)
     second[..., 2] += _base_lowering(assembly, below)[:, :, None]
     damping = _damping(frame, assembly, alone, mesh, modes, below)
+    modes = replace(modes, stiffness=modes.stiffness + GRAVITY * weight_stiffness(assembly, below))
     return ModalMember(tuple(names), modes, damping, second, tower_beam(tower), below=below)
 
 
@@ -220,6 +222,19 @@ def _base_lowering(assembly: Assembly, below: Float) -> Float:
     up = np.zeros((len(assembly.points), 6))
     up[-1, 2] = 1.0
     return -_product(below, geometric_stiffness(assembly, up))
+
+
+def weight_stiffness(assembly: Assembly, below: Float) -> Float:
+    """(k, k) stiffness over gravity by the weight of the frame in still water, for shapes (k, n, 6) (F-22).
+
+    That of the displaced water is weight, too: pressure on the deflected sides of a member acts as tension does.
+    """
+    e, water = assembly.elements, pieces(assembly)
+    wet = (water.high < TOLERANCE) & (water.element != NOWHERE)
+    displaced = assembly.frame.water_density * np.bincount(water.element[wet], water.volume[wet], len(e.length))
+    weight = e.steel + e.fill + e.growth - displaced / np.where(e.beam, e.length, 1.0)
+    ends = assembly.line_loads(np.outer(weight, [0.0, 0.0, -1.0]))
+    return _product(below, geometric_stiffness(assembly, assembly.nodal(ends) + assembly.joint_weight))
 
 
 def _damping(frame: Frame, assembly: Assembly, alone: ModalMember, mesh: Mesh, modes: Modes, below: Float) -> Float:

@@ -58,8 +58,8 @@ def properties(first: Section, last: Section, x: float) -> Properties:
         return Properties(area, shear_x, shear_y, *moments, torsion, a * b, 0.5 * (w + h))
     area = between("area")
     x_area, y_area = (between(name, 5.0 / 6.0 * area) for name in ("shear_area_x", "shear_area_y"))
-    rest = (between(name) for name in ("inertia_x", "inertia_y", "torsion"))
-    return Properties(area, x_area, y_area, *rest, 0.0, first.breadth)
+    moments = between("inertia_x"), between("inertia_y")
+    return Properties(area, x_area, y_area, *moments, between("torsion"), 0.0, first.breadth)
 
 
 def _shear_of_tube(nu: float, r: float) -> float:
