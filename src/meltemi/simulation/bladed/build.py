@@ -157,6 +157,8 @@ def _members(
         for name, module in SUPPORTED.items():
             if (below := getattr(turbine, name)) is not None:
                 make = partial(import_module(module).supported_tower, below)
+        if turbine.frame is not None:
+            make = partial(make, platform=turbine.platform)
         tower: ModalMember = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
     return blade, pieces, tower
 
