@@ -70,7 +70,7 @@ def floating(q: Float = ATTITUDE, v: Float = RATE, **changes: Any) -> Any:
         "floater": Floater.of(step=0.5, period=1e30, bed=-50.0), "platform": PlatformState.of(),
         "base": Base.of(), "base_columns": table(BaseColumns, {"coordinate": 6}), "tower_body": TowerBody.of(),
         "tower_momentum": table(TowerMomentum, {"mode": n - 6}),
-        "platform_columns": np.zeros((6, 6)), "base_six": np.zeros((7, 6)), "float_matrices": np.zeros((30, 6)),
+        "hull_shape": np.zeros((0, 6)), "platform_columns": np.zeros((6, 6)), "base_six": np.zeros((7, 6)), "float_matrices": np.zeros((30, 6)),
         "float_waves": np.zeros((8, 7)), "float_flow": np.zeros((8, 0)), "float_lines": np.zeros((0, 3)),
         "float_forces": np.zeros((HEADINGS, 0, 12)), "radiation": table(RadiationState, {"mode": 0}),
         "d_radiation": table(RadiationState, {"mode": 0}), "strip": table(DragStrip, {"strip": 0}),

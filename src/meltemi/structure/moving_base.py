@@ -165,7 +165,7 @@ def equations_on_base(m: MovingBase) -> None:
             f -= matrix[STIFFNESS, i, j] * q[j] + matrix[DAMPING, i, j] * m.v[j]
         for j in range(first if i < first else 0):
             f -= gravity * matrix[WEIGHT, i, j] * q[j]
-        m.core_force[i] = f
+        m.core_force[i] = f + gravity * m.tower_weight[i] if i < first else f
         for j in range(i + 1):
             m.core_mass[i, j] = matrix[MASS, i, j] if i < first else 0.0
     g, w, known = R.T @ (Vec(0.0, 0.0, -gravity) - base.acceleration), R.T @ base.spin, R.T @ base.spin_rate

@@ -393,7 +393,7 @@ def _tower_matrix(tower: ModalMember, top_mass: float) -> Float:
 
 def _tower_weight(tower: ModalMember, top_mass: float) -> Float:
     result: Float = -np.einsum("n,kn->k", _lumps(tower, top_mass), tower.modes.shape[:, :, 2])
-    return result
+    return result if tower.hull is None else np.zeros_like(result)  # gravity acts on its momenta
 
 
 def _lumps(member: ModalMember, top_mass: float) -> Float:
