@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.compiler import Array1, Array2, Constant, KernelRecord, Table, Vec, View, kernel
+from meltemi.floating.balance import turbine_weight
 from meltemi.floating.base import WHOLE_LOAD, FloaterSystem, six
 from meltemi.floating.floater import floater_loads
 from meltemi.frames.hull import Spread, afloat, by_added_mass, by_water_plane, rigid_motions
@@ -51,7 +52,7 @@ class AfloatSystem(FloaterSystem):
 
     Attributes:
       frame_force: (T, 3 P) forces of waves and still water on the wet pieces less their spread resultant.
-      frame_push: (T, k) their generalised forces on the modes.
+      frame_push: (T, k) their generalised forces on the modes, less those of all loads at rest.
       frame_added: (k, k) added mass of motion about the mean of the hull.
     """
 
@@ -124,9 +125,11 @@ class AfloatLoads(Loads):
 
     Attributes:
       platform: its platform.
+      turbine_mass: [kg] mass on the tower's base.
     """
 
     platform: Any
+    turbine_mass: float
 
     @cached_property
     def spread(self) -> Spread:
@@ -143,6 +146,19 @@ class AfloatLoads(Loads):
         """(k, P, 3) displacement of the pieces by the modes about the mean motion of the hull."""
         mean: Float = np.einsum("pia,ka->kpi", self.spread.arms, self.spread.mean(self.shape))
         return self.shape - mean
+
+    @cached_property
+    def at_rest(self) -> Float:
+        """(k,) generalised forces at rest in still water, from which the frame has its shape (F-75)."""
+        a, p = self.assembly, self.pieces
+        weight = (rigid_motions(a.points)[2] @ a.mass) @ self.below.reshape(len(self.below), -1).T
+        weight = weight + self.turbine_mass * self.below[:, -1, 2]
+        lift = (self.platform.mass + self.turbine_mass) * self.spread.mean(self.shape)[:, 2]
+        still = still_forces(p, a.frame.water_density, 0.0, self.gravity)
+        still[self.deep :] = 0.0
+        local = np.einsum("pi,kpi->k", self.spread.balanced(still), self.shape)
+        result: Float = self.gravity * (lift - weight) + local
+        return result
 
     def by_basis(self, r: Recovery, count: int, still: Float) -> Float:
         """(B, C) loads of sections by the entries of the basis (F-76)."""
@@ -249,7 +265,7 @@ def in_waves(loads: AfloatLoads, sea: Any, duration: float, origin: tuple[float,
     return {
         "water": water,
         "frame_force": np.ascontiguousarray(flat[:, : 3 * deep]),
-        "frame_push": np.ascontiguousarray(flat @ loads.shape.reshape(len(loads.shape), -1).T),
+        "frame_push": np.ascontiguousarray(flat @ loads.shape.reshape(len(loads.shape), -1).T - loads.at_rest),
     }
 
 
@@ -260,7 +276,7 @@ def part_of_floating(turbine: Any, rotor: Any) -> AfloatPart:
       InputError: the frame does not belong to the platform.
     """
     assembly = afloat(turbine.frame, turbine.platform, tower_base(turbine.frame, turbine.tower))
-    loads = AfloatLoads(assembly, pieces(assembly), rotor.tower.below, GRAVITY, turbine.platform)
+    loads = AfloatLoads(assembly, pieces(assembly), rotor.tower.below, GRAVITY, turbine.platform, turbine_weight(turbine)[0])
     about, weights = loads.about_mean, loads.spread.weights
     still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), GRAVITY)
     added = np.einsum("kpi,pij,lpj->kl", about, weights, about, optimize=True)
