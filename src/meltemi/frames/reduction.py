@@ -38,6 +38,8 @@ from meltemi.turbine.definition import Foundation, Tower
 
 Float = NDArray[np.float64]
 
+HULL_MODES = 2
+"""Number of further modes in each direction of a floating frame, with which the tower's static deflection is right."""
 FIXED_MODES = 20
 """Number of modes of the frame with a fixed base that the modes of the assembly are made of."""
 
@@ -158,6 +160,8 @@ def supported_tower(
     at = tower_base(frame, tower)
     assembly = assemble(frame, at) if platform is None else afloat(frame, platform, at)
     alone = tower_member(tower, counts, tip_mass, None, layout, given=given)
+    if platform is not None:
+        counts = {kind: count + HULL_MODES * (kind != "torsion" and count > 0) for kind, count in counts.items()}
     mesh = beam_mesh(tower_beam(tower), alone.modes.z)
     if given and platform is not None:
         raise UnsupportedError("mode_shapes 'given': the frame floats; use computed mode shapes")
