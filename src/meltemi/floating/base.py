@@ -11,7 +11,21 @@ from __future__ import annotations
 from math import atan2, sqrt
 from typing import NamedTuple
 
-from meltemi.compiler import Array1, Array2, Array3, Constant, Numbers, Rot, Single, Table, Vec, Vectors, kernel, number, xyz
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Array3,
+    Constant,
+    Numbers,
+    Rot,
+    Single,
+    Table,
+    Vec,
+    Vectors,
+    kernel,
+    number,
+    xyz,
+)
 from meltemi.compiler import rotation as matrix
 from meltemi.floating.mooring import Moorings
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation

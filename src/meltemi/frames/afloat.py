@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Array1, Array2, Constant, KernelRecord, Table, Vec, View, kernel
+from meltemi.compiler import Array2, Constant, KernelRecord, Numbers, Table, Vec, View, kernel
 from meltemi.floating.balance import turbine_weight
 from meltemi.floating.base import WHOLE_LOAD, FloaterSystem, six
 from meltemi.floating.floater import floater_loads
@@ -77,7 +77,7 @@ def frame_forces_afloat(t: float, m: AfloatSystem) -> None:
 
 
 @kernel
-def put(x: Array1, i: int, u: Vec) -> None:
+def put(x: Numbers, i: int, u: Vec) -> None:
     """Set three neighbours."""
     x[i], x[i + 1], x[i + 2] = u.x, u.y, u.z
 
@@ -250,9 +250,7 @@ def in_waves(loads: AfloatLoads, sea: Any, duration: float, origin: tuple[float,
     p, frame, deep = loads.pieces, loads.assembly.frame, loads.deep
     depth = frame.depth + sea.level
     waves = sea.components(depth, duration, gravity)
-    k = kinematics(
-        waves, depth, p.place, duration, stretching="none", radius=p.radius, gravity=gravity, origin=origin
-    )
+    k = kinematics(waves, depth, p.place, duration, stretching="none", radius=p.radius, gravity=gravity, origin=origin)
     force = wave_forces(p, k.acceleration, frame.water_density * gravity * k.pressure)
     force += still_forces(p, frame.water_density, 0.0, gravity)
     force[:, deep:] = 0.0
@@ -276,7 +274,9 @@ def part_of_floating(turbine: Any, rotor: Any) -> AfloatPart:
       InputError: the frame does not belong to the platform.
     """
     assembly = afloat(turbine.frame, turbine.platform, tower_base(turbine.frame, turbine.tower))
-    loads = AfloatLoads(assembly, pieces(assembly), rotor.tower.below, GRAVITY, turbine.platform, turbine_weight(turbine)[0])
+    loads = AfloatLoads(
+        assembly, pieces(assembly), rotor.tower.below, GRAVITY, turbine.platform, turbine_weight(turbine)[0]
+    )
     about, weights = loads.about_mean, loads.spread.weights
     still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), GRAVITY)
     added = np.einsum("kpi,pij,lpj->kl", about, weights, about, optimize=True)

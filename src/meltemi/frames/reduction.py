@@ -222,7 +222,9 @@ def _natural(
     if platform is not None:
         points = mesh.points + assembly.points[-1]
         moving = free_mass(assembly, platform, points, above, frame.shapes)
-        led = -np.linalg.solve(moving[:, :6], moving[:, 6:])  # motion of the point at which the whole keeps its momentum
+        led = -np.linalg.solve(
+            moving[:, :6], moving[:, 6:]
+        )  # motion of the point at which the whole keeps its momentum
         M += moving[:, 6:].T @ led
         following = led.T, rigid_motions(points)
     square, columns = lowest_modes(G, M, 12 + 4 * sum(counts.values()) + m)
