@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,11 +12,10 @@ from numpy.typing import NDArray
 
 from meltemi import TurbulentWind
 from meltemi.cases.case import LoadCase
-from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import simulate
 from meltemi.turbulence.field import generate_field
 from meltemi.turbulence.grid import wind_grid_for
 from meltemi.validation.channel_map import ChannelMap
-from meltemi.validation.fit import result_of
 from meltemi.validation.measurements import MeasuredRecord, Signal
 from meltemi.validation.simulations import Simulator
 
@@ -26,6 +26,8 @@ POINTS, DT = 9, 0.25
 """Of all wind fields: points across, and [s] between planes, at which the sonic samples."""
 STEP = 0.1
 """[s] of the samples at the turbine."""
+BEFORE = 1800.0
+"""[s] of wind before that of a record: it fluctuates on longer times than the record, as that of a site does."""
 CASE: dict[str, Any] = {"turbine": "nrel5mw", "wind": {"kind": "steady", "speed": 10.0}, "duration": 10.0}
 FIELD = {"points": POINTS, "dt": DT, "coherent": "all"}
 MACHINE = {
@@ -64,11 +66,11 @@ def measured(
     wind = TurbulentWind(speed=speed, intensity=0.12, seed=seed, scaled=False, **FIELD)
     grid = wind_grid_for(simulator.turbine, POINTS)
     transient, delay = simulator.settings.transient, UPWIND / speed
-    box = generate_field(wind, grid, transient + length + delay)
+    whole = generate_field(wind, grid, BEFORE + transient + length + delay)
+    box = replace(whole, velocity=whole.velocity[round(BEFORE / DT) :])
     real = simulator.at([*truth], truth.values())
     channels = (*MACHINE, "azimuth")
-    run = Run(real.model(None), box, duration=transient + length, channels=channels, output_step=STEP)
-    result = result_of(run)
+    result = simulate(real.model(None), box, duration=transient + length, channels=channels, output_step=STEP)
     passing = box.passing - delay - transient  # the mast
     inside = (passing >= 0.0) & (passing < length)
     draw = np.random.default_rng(seed)

@@ -97,14 +97,14 @@ plot_agreement(comparison, [(name, "mean") for name in measured])
 # %%
 prepared = [simulator.prepared(record, measured) for record in records]
 posterior = fitted(simulator, prepared, comparison, ["pitch_offset", "drag"])
-for name, value, variance, evidence in zip(
+found = zip(
     posterior.parameters,
     posterior.estimate,
-    np.diag(posterior.covariance),
+    posterior.half,
     posterior.evidence,
     strict=True,
-):
+)
+for name, value, half, evidence in found:
     unit, factor = ("deg", 180.0 / np.pi) if name == "pitch_offset" else ("%", 100.0)
-    half = 1.96 * factor * variance**0.5
-    estimate = f"{factor * value:+.2f} +/- {half:.2f} {unit}"
+    estimate = f"{factor * value:+.2f} +/- {factor * half:.2f} {unit}"
     print(f"{name:14s} {estimate}, ln evidence {evidence:+.1f}")

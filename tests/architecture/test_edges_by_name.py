@@ -19,11 +19,13 @@ UPWARD = {
     ("simulation", "analyses"),  # states in which a run begins that no plain one needs
     ("simulation", "electrical"),  # parts
     ("simulation", "floating"),
+    ("simulation", "frames"),
     ("simulation", "scene"),  # what the view of a run records
     ("simulation", "sea"),
     ("simulation", "supervisor"),  # words for its states
     ("turbine", "electrical"),  # fields of a turbine
     ("turbine", "floating"),
+    ("turbine", "frames"),
     ("turbine", "sea"),
     ("wind", "turbulence"),  # the field of a turbulent wind
 }
@@ -36,13 +38,14 @@ BY_NAMESPACE = {
     ("turbine", "electrical"),
     ("turbine", "exchange"),  # turbines by the files of other programs
     ("turbine", "floating"),
+    ("turbine", "frames"),
     ("turbine", "sea"),
 }
 """Packages that take a name of a layer above their own from a namespace, in functions or for types."""
 HOMES = {
     "control": {"bladed_controllers", "control_laws", "controllers", "farm", "power_control", "supervisor"},
     "environment": {"sea", "studies"},
-    "turbine": {"analyses", "electrical", "floating", "sea", "studies"},
+    "turbine": {"analyses", "electrical", "floating", "frames", "sea", "studies"},
     "wind": {"iec", "turbulence"},
 }
 """Layers above a namespace that is a package where its public names are defined; one that is a module is above all."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,14 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import Status
 from meltemi.loads.loadbase.campaign import make_campaign
-from meltemi.loads.loadbase.interfaces import BLADE_STATIONS, TOWER_STATIONS, interfaces_of, recorded
+from meltemi.loads.loadbase.interfaces import interfaces_of, known_channels, recorded
 from meltemi.loads.loadbase.jobs import CaseRow, jobs_of
+from meltemi.loads.loadbase.joints import member_channels, with_joints, without_members
 from meltemi.loads.loadbase.plan import Plan, PlannedCase, plan
 from meltemi.loads.loadbase.reduction import reduced
 from meltemi.loads.loadbase.store import ResultStore
 from meltemi.loads.loadbase.table import load_table
-from meltemi.simulation.channels import ChannelSet, catalogue, find
+from meltemi.simulation.channels import find
 from meltemi.simulation.result import Result
 from meltemi.turbine.library import load_turbine
 
@@ -32,7 +34,7 @@ def small_plan(rows: Sequence[str] = ("1.1", "1.2", "1.3", "4.1", "6.2", "6.4"),
     changes = {"without": sorted(load_table(settings.get("edition", 4)).rows.keys() - {*rows})} | settings.pop(
         "changes", {}
     )
-    return plan(make_campaign("nrel5mw", "IB", changes=changes, **given | settings))
+    return plan(make_campaign(settings.pop("turbine", "nrel5mw"), "IB", changes=changes, **given | settings))
 
 
 def waves(case: PlannedCase, time: NDArray[np.float64]) -> dict[str, Any]:
@@ -77,8 +79,11 @@ def synthetic_base(
     turbine = load_turbine(of.campaign.turbine)
     interfaces = interfaces_of(turbine)
     names = recorded(turbine, interfaces)
-    known = catalogue(ChannelSet(turbine.n_blades, 0, len(BLADE_STATIONS), len(TOWER_STATIONS)))
+    known = known_channels(turbine.n_blades)
     channels = tuple(find(name, known) for name in names)
+    if of.campaign.joints:
+        like = find("tower_base_force_x", known)
+        channels += tuple(replace(like, name=name) for name in member_channels(turbine.frame))
     cases, rows = {case.name: case for case in of.cases}, []
     for job in jobs_of(of):
         if job.name in without:
@@ -93,7 +98,9 @@ def synthetic_base(
                 data[:, k] = given[channel.name]
         assert given.keys() <= {c.name for c in channels}
         result = Result(time, data, channels, state, message, {"output_step": STEP})
-        kept = reduced(result, interfaces, rated_speed=1.267, cycles=job.cycles)
+        kept = reduced(without_members(result), interfaces, rated_speed=1.267, cycles=job.cycles)
+        if job.joints:
+            kept = with_joints(kept, result, turbine.frame, job.joints, cycles=job.cycles)
         own = kept if state.complete else None
         words = (warnings or {}).get(job.name, ())
         rows.append(CaseRow(job.name, job.key, state, message, words, case.duration, reduced=own))

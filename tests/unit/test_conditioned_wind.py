@@ -29,7 +29,7 @@ from meltemi.turbulence.conditioned import (
 from meltemi.turbulence.exponential import even_fast
 from meltemi.turbulence.field import mean_profile
 from meltemi.turbulence.sensors import Sensor, components, measured_wind
-from meltemi.turbulence.targets import amplitude_variances
+from meltemi.turbulence.targets import amplitude_variances, length_scale, sigmas
 from meltemi.wind import WindGrid, generate_field, wind_grid_for
 from meltemi.wind.fields import check_coverage
 
@@ -142,26 +142,24 @@ def test_several_seeds_give_the_fields_of_each_and_differ_between_the_sensors() 
 # amplitudes
 
 
-def series(
-    places: list[tuple[float, float]], n: int = 4096, noise: float = 0.0, component: int = 0
-) -> tuple[RandomField, list[Channel]]:
+def series(places: list[tuple[float, float]], n: int = 4096, noise: float = 0.0, component: int = 0) -> RandomField:
     """The field of a component, and series of some turbulence at places (z, y), known at all planes."""
     values, known = np.random.default_rng(5).normal(size=(len(places), n)), np.ones(n, bool)
     measured = [Channel(component, z, y, x, known, noise) for (z, y), x in zip(places, values, strict=True)]
-    return random_field(WIND, GRID, n, component, measured), measured
+    return random_field(WIND, GRID, n, component, measured)
 
 
-def probable(field: RandomField, measured: list[Channel]) -> Complex:
+def probable(field: RandomField) -> Complex:
     """(P, H) mean C_gs (C_ss + N)^-1 of the conditional amplitudes."""
-    amplitudes = np.fft.rfft([channel.values for channel in measured], norm="forward").T[..., None]
-    weights = field.covariances(field.points, field.sensors) @ np.linalg.inv(field.measured())
+    amplitudes = np.fft.rfft([channel.values for channel in field.channels], norm="forward").T[..., None]
+    weights = field.covariances(field.places.points, field.places.sensors) @ np.linalg.inv(field.measured)
     result: Complex = (weights @ amplitudes)[..., 0].T
     return result
 
 
-def residual(field: RandomField, measured: list[Channel], seeds: range) -> Float:
+def residual(field: RandomField, seeds: range) -> Float:
     """(P, H) variance of the amplitudes about their mean, over the field's, of some seeds."""
-    errors = conditioned(field, measured, seeds) - probable(field, measured)
+    errors = conditioned(field, seeds) - probable(field)
     result: Float = np.mean(np.abs(errors) ** 2, axis=0) / field.variances
     return result
 
@@ -172,12 +170,12 @@ OFF_GRID = (87.0, 5.0)
 
 def test_the_variance_at_a_distance_is_what_the_coherence_leaves() -> None:
     """(1 - coherence^2) S, by bands of frequency, for a sensor between the points of the grid."""
-    field, measured = series([OFF_GRID])
+    field = series([OFF_GRID])
     seeds = range(1, 9)
-    computed = residual(field, measured, seeds)
-    r = field.distances(field.points, field.sensors)
-    np.testing.assert_allclose(r[:, 0], np.hypot(field.z[:-1] - 87.0, field.y[:-1] - 5.0))
-    expected = 1.0 - np.exp(-2.0 * r * field.kappa)
+    computed = residual(field, seeds)
+    r = field.places.distances(field.places.points, field.places.sensors)
+    np.testing.assert_allclose(r[:, 0], np.abs(field.places.all[:-1] - (5.0 + 87.0j)))
+    expected = 1.0 - np.exp(-2.0 * r * field.places.kappa)
     near = np.argsort(r[:, 0])[:6]
     for some in BANDS:
         count = len(seeds) * len(range(*some.indices(5000)))
@@ -189,7 +187,7 @@ def test_the_variance_at_a_distance_is_what_the_coherence_leaves() -> None:
 def test_other_components_are_those_of_a_field_without_sensors() -> None:
     sensor = Sensor(height=87.0, across=5.0, time=TIME, speed=TRUTH.velocity[:, 4, 3, 0].astype(float))
     with_sensor, free = make([sensor]), random_field(WIND, GRID, 1024, 1, [])
-    np.testing.assert_array_equal(conditioned(free, [], [7]), draw(free, [7]))
+    np.testing.assert_array_equal(conditioned(free, [7]), draw(free, [7]))
     other = make([sensor.replace(speed=sensor.speed + 1.0)])  # type: ignore[operator]
     np.testing.assert_array_equal(with_sensor.fields[0].velocity[..., 1:], other.fields[0].velocity[..., 1:])
     assert with_sensor.explained[0] > 0.4 and list(with_sensor.explained[1:]) == [0.0, 0.0]
@@ -197,14 +195,13 @@ def test_other_components_are_those_of_a_field_without_sensors() -> None:
 
 def test_a_field_has_its_covariance_with_places_between_its_points() -> None:
     """Three sensors: inside the grid, beside it, and at the same place again."""
-    field, _ = series([(87.0, 15.0), (85.0, 40.0), (85.0, 40.0)], n=1024)
+    field = series([(87.0, 15.0), (85.0, 40.0), (85.0, 40.0)], n=1024)
     some, seeds = slice(1, 20), range(1, 81)
     hub = 4 * GRID.points_y + 3
-    places = np.array([hub, *field.sensors])
+    places = np.array([hub, *field.places.sensors])
     unit = np.concatenate(draw(field, seeds)[:, places, some] / np.sqrt(field.variances[some]), axis=1)
     computed = (unit @ unit.conj().T).real / unit.shape[1]
-    covariances = field.covariances(places, places, some) / field.variances[some, None, None]
-    expected = covariances.mean(axis=0)
+    expected = field.places.coherence(places, places, some).mean(axis=0)
     assert expected[0, 1] > 0.25 and expected[1, 2] > 0.25
     np.testing.assert_allclose(computed, expected, atol=4.5 / np.sqrt(unit.shape[1]))
 
@@ -214,9 +211,11 @@ def test_few_points_determine_the_air_at_a_sensor(place: tuple[float, float], la
     """Error of its covariance with the other points, over its variance: inside, at a corner, 24 m beside the grid."""
     grid = WindGrid(points_y=9, points_z=14, dy=4.0, dz=4.0, bottom=1.0, hub_height=32.0)
     field = random_field(WIND, grid, 1024, 0, [Channel(0, *place, np.zeros(1024), np.ones(1024, bool))])
-    given = np.argsort(field.distances(field.sensors, field.points)[0])[:NEAREST]
-    weight = np.linalg.solve(field.covariances(given, given), field.covariances(given, field.sensors))
-    error = field.covariances(field.points, given) @ weight - field.covariances(field.points, field.sensors)
+    given = np.argsort(field.places.distances(field.places.sensors, field.places.points)[0])[:NEAREST]
+    weight = np.linalg.solve(field.covariances(given, given), field.covariances(given, field.places.sensors))
+    error = field.covariances(field.places.points, given) @ weight - field.covariances(
+        field.places.points, field.places.sensors
+    )
     share = np.abs(error) / field.variances[:, None, None]
     assert 0.01 * largest < share.max() < largest
     assert share[:, given].max() < 1e-10
@@ -225,11 +224,11 @@ def test_few_points_determine_the_air_at_a_sensor(place: tuple[float, float], la
 def test_a_sensor_beside_one_at_a_point_is_drawn_once() -> None:
     """The second sensor is at a point, the fourth at the third: neither is given twice."""
     z, y = GRID.z[4], GRID.y[3]
-    field, _ = series([(z - 3.0, y), (z, y), (z - 2.0, y + 1.0), (z - 2.0, y + 1.0), (z - 1.0, y)], n=512)
+    field = series([(z - 3.0, y), (z, y), (z - 2.0, y + 1.0), (z - 2.0, y + 1.0), (z - 1.0, y)], n=512)
     drawn = draw(field, [3])[0]
     assert np.isfinite(drawn).all()
-    np.testing.assert_array_equal(drawn[field.sensors[1]], drawn[4 * GRID.points_y + 3])
-    np.testing.assert_array_equal(drawn[field.sensors[3]], drawn[field.sensors[2]])
+    np.testing.assert_array_equal(drawn[field.places.sensors[1]], drawn[4 * GRID.points_y + 3])
+    np.testing.assert_array_equal(drawn[field.places.sensors[3]], drawn[field.places.sensors[2]])
 
 
 def test_more_sensors_leave_less() -> None:
@@ -239,29 +238,29 @@ def test_more_sensors_leave_less() -> None:
     for count, radius in ((1, 8.0), (2, 8.0), (4, 8.0), (8, 3.0), (8, 0.5), (8, 0.05)):
         angle = 2.0 * np.pi * np.arange(count) / count
         z, y = GRID.z[3] + radius * np.cos(angle), GRID.y[3] + radius * np.sin(angle)
-        field, measured = series(list(zip(z.tolist(), y.tolist(), strict=True)), n=1024)
-        kappa = field.kappa[some, None, None]
+        field = series(list(zip(z.tolist(), y.tolist(), strict=True)), n=1024)
+        kappa = field.places.kappa[some, None, None]
         with_point = np.exp(-kappa * np.full((count, 1), radius))
         among = np.exp(-kappa * np.hypot(z[:, None] - z, y[:, None] - y))
         expected = 1.0 - np.mean(np.sum(with_point * np.linalg.solve(among, with_point), axis=(1, 2)))
-        shares.append(residual(field, measured, range(1, 7))[point, some].mean())
+        shares.append(residual(field, range(1, 7))[point, some].mean())
         assert shares[-1] == pytest.approx(expected, rel=4.5 / np.sqrt(6 * 59))
     assert shares == sorted(shares, reverse=True) and shares[-1] < 0.01 < 0.5 < shares[0]
 
 
 def test_the_mean_over_seeds_is_the_most_probable_field() -> None:
-    field, measured = series([OFF_GRID, (100.0, -20.0)], n=512)
-    mean = np.mean(conditioned(field, measured, range(1, 33)), axis=0)
-    error = np.abs(mean - probable(field, measured)) ** 2 / field.variances
+    field = series([OFF_GRID, (100.0, -20.0)], n=512)
+    mean = np.mean(conditioned(field, range(1, 33)), axis=0)
+    error = np.abs(mean - probable(field)) ** 2 / field.variances
     # as a mean of 32 has it: the variance that is left, over 32
-    left = residual(field, measured, range(40, 48))
+    left = residual(field, range(40, 48))
     assert error.sum() / left.sum() == pytest.approx(1.0 / 32.0, rel=0.1)
 
 
 def test_noise_leaves_its_variance_at_the_sensor() -> None:
     """1 - S / (S + N) of a sensor at a point of the grid."""
-    field, measured = series([(GRID.z[3], GRID.y[3])], n=2048, noise=0.4)
-    computed = residual(field, measured, range(1, 9))[3 * GRID.points_y + 3]
+    field = series([(GRID.z[3], GRID.y[3])], n=2048, noise=0.4)
+    computed = residual(field, range(1, 9))[3 * GRID.points_y + 3]
     expected = 1.0 - field.variances / (field.variances + 0.4**2 / 2048)
     assert expected[900] > 1.5 * expected[300] > 0.1
     for some in (slice(1, 100), slice(200, 600), slice(600, 1000)):
@@ -271,16 +270,42 @@ def test_noise_leaves_its_variance_at_the_sensor() -> None:
 
 @pytest.mark.parametrize("component", [0, 1, 2])
 def test_a_sensor_far_away_leaves_the_models_spectra_and_coherence(component: int) -> None:
-    field, measured = series([(90.0, 9e3)], n=2048, component=component)
+    field = series([(90.0, 9e3)], n=2048, component=component)
     np.testing.assert_allclose(field.variances[1:-1], amplitude_variances(WIND, 90.0, 2048)[1][component])
     power, cross = 0.0, 0.0
     for seed in range(1, 5):
-        unit = (conditioned(field, measured, [seed])[0] / np.sqrt(field.variances))[:, 1:-1]
+        unit = (conditioned(field, [seed])[0] / np.sqrt(field.variances))[:, 1:-1]
         power = power + np.mean(np.abs(unit) ** 2, axis=0) / 4.0
         cross = cross + np.mean((unit[:-7] * unit[7:].conj()).real, axis=0) / 4.0  # a row below and one above
     for some in BANDS[:3]:
         assert power[some].mean() == pytest.approx(1.0, abs=0.15)
-        assert cross[some].mean() == pytest.approx(np.exp(-12.0 * field.kappa[1:-1][some]).mean(), abs=0.15)
+        assert cross[some].mean() == pytest.approx(np.exp(-12.0 * field.places.kappa[1:-1][some]).mean(), abs=0.15)
+
+
+@pytest.mark.parametrize("spectrum", ["kaimal", "vonkarman"])
+def test_what_is_slower_than_the_ring_completes_the_variance(spectrum: Any) -> None:
+    """The integral of Kaimal's spectrum from zero to the half of a step is closed; that of all is the variance."""
+    wind, n = WIND.replace(spectrum=spectrum, dt=0.02), 2**15
+    field = random_field(wind, GRID, n, 0, [])
+    sigma = sigmas(wind)[0]
+    x = length_scale(wind, 90.0) * 8.1 / wind.speed / (n * wind.dt)
+    if spectrum == "kaimal":
+        assert field.variances[0] == pytest.approx(sigma**2 * (1.0 - (1.0 + 6.0 * 0.5 * x) ** (-2.0 / 3.0)), rel=1e-9)
+    assert field.variances[0] + 2.0 * np.sum(field.variances[1:-1]) == pytest.approx(sigma**2, rel=0.02)
+    assert 0.02 < field.variances[0] / sigma**2 < 0.1
+
+
+def test_what_is_slower_than_the_ring_differs_between_places() -> None:
+    """By the variance that the coherence leaves: the mean at the sensor is not that of the rotor."""
+    field, seeds = series([OFF_GRID], n=512), range(1, 401)
+    drawn = draw(field, seeds)[..., 0]
+    assert np.all(drawn.imag == 0.0)
+    assert np.var(drawn[:, 0]) == pytest.approx(field.variances[0], rel=4.0 * np.sqrt(2.0 / 400))
+    errors = conditioned(field, seeds)[..., 0].real - probable(field)[:, 0].real
+    r = field.places.distances(field.places.points, field.places.sensors)[:, 0]
+    left = field.variances[0] * (1.0 - np.exp(-2.0 * field.places.kappa[0] * r))
+    for p in np.argsort(r)[:20]:
+        assert np.mean(errors[:, p] ** 2) == pytest.approx(left[p], rel=4.0 * np.sqrt(2.0 / 400))
 
 
 # series in time
@@ -294,8 +319,8 @@ def test_a_true_field_is_recovered_within_the_conditional_variance() -> None:
     field = random_field(WIND, GRID, 1024, 0, measured)
     ratios = []
     for row, column in ((4, 4), (3, 3), (0, 0), (5, 6)):
-        c = field.covariances(field.sensors, np.array([row * GRID.points_y + column]))
-        left = field.variances - np.sum(c * np.linalg.solve(field.measured(), c), axis=(1, 2))
+        c = field.covariances(field.places.sensors, np.array([row * GRID.points_y + column]))
+        left = field.variances - np.sum(c * np.linalg.solve(field.measured, c), axis=(1, 2))
         expected = 4.0 * np.sum(left[1:-1])
         inside = slice(20, PLANES - 20)
         errors = [(at(x, row, column) - TRUTH.velocity[:PLANES, row, column])[inside, 0] for x in samples]
@@ -326,10 +351,10 @@ def test_gaps_are_filled_like_turbulence() -> None:
 
 def test_a_continuation_is_the_conditional_mean() -> None:
     """C_gk C_kk^-1 d_k of the covariances in time, of two sensors with different gaps and errors."""
-    field, measured = series([(87.0, 5.0), (87.0, 8.0)], n=64, noise=0.2)
+    field = series([(87.0, 5.0), (87.0, 8.0)], n=64, noise=0.2)
     known = np.random.default_rng(1).random((2, 64)) > 0.3
-    values = np.array([channel.values for channel in measured])
-    among = field.measured()
+    values = np.array([channel.values for channel in field.channels])
+    among = field.measured
     in_time = np.fft.irfft(among, 64, axis=0, norm="forward")  # by the lag
     lag = (np.arange(64)[:, None] - np.arange(64)) % 64
     covariance = in_time[lag].transpose(2, 0, 3, 1).reshape(128, 128)
@@ -393,7 +418,7 @@ def test_a_trend_does_not_leak_to_high_frequencies() -> None:
     steps = np.diff(near)[10:-10]
     assert np.ptp(near) > 1.0 and np.std(steps - steps.mean()) < 2e-3
     jump = [Channel(0, GRID.z[4], 0.0, trend[:1024], np.ones(1024, bool))]
-    ring = probable(random_field(WIND, GRID, 1024, 0, jump), jump)[4 * GRID.points_y + 4]
+    ring = probable(random_field(WIND, GRID, 1024, 0, jump))[4 * GRID.points_y + 4]
     naive = np.diff(np.fft.irfft(ring, 1024, norm="forward"))[10:-10]
     assert np.std(naive - naive.mean()) > 5.0 * np.std(steps - steps.mean())
 

@@ -18,6 +18,7 @@ from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast_writer.writer import ExportedDeck
 from meltemi.exchange.report import Notes
 from meltemi.floating.coefficients import read_coefficients
+from meltemi.frames.definition import Frame
 from meltemi.io import write_openfast
 from meltemi.sea.conditions import Sea, StillWater
 from meltemi.sea.current import Current
@@ -114,20 +115,20 @@ def test_rayleigh_damping_is_that_of_the_first_mode(tmp_path: Path) -> None:
         damping("0.01  RayleighDamp")
 
 
-def test_a_jacket_and_members_off_the_axis_are_refused(tmp_path: Path) -> None:
+def test_a_pile_that_is_not_upright_is_a_frame(tmp_path: Path) -> None:
     turbine = load(PILE)
     main = written(turbine, tmp_path).main
     sub, hydro = (main.with_name(f"{name}.dat") for name in ("SubDyn", "HydroDyn"))
-    good, remedy = sub.read_text(), "only upright monopiles are modelled; fixed_base=True (--fixed-base) clamps"
+    good = sub.read_text()
 
-    def refused(file: Path, old: str, new: str, words: str) -> None:
-        text = file.read_text()
-        assert old in text
-        file.write_text(text.replace(old, new, 1))
-        with pytest.raises(UnsupportedError, match=re.escape(f"{file}: {words}; {remedy}")):
-            read_deck(main, control_of=turbine)
-        assert read_deck(main, control_of=turbine, fixed_base=True).turbine.support is None
-        file.write_text(text)
+    def frame(old: str, new: str) -> Frame:
+        assert old in good
+        sub.write_text(good.replace(old, new, 1))
+        assert read_deck(main, control_of=turbine, fixed_base=True).turbine.substructures == ()
+        (below,) = read_deck(main, control_of=turbine).turbine.substructures
+        sub.write_text(good)
+        assert isinstance(below, Frame)
+        return below
 
     def row(text: str, column: str, n: int) -> str:
         lines = text.splitlines()
@@ -136,17 +137,23 @@ def test_a_jacket_and_members_off_the_axis_are_refused(tmp_path: Path) -> None:
     joint, member = row(good, "JointID", 2), row(good, "MemberID", 0)
     words = joint.split()
     moved = " ".join([words[0], "2.0", *words[2:]])
-    refused(sub, joint, moved, "JointXss, JointYss: joint 3 is 2 m off the axis of the lowest joint")
+    assert frame(joint, moved).joints["J3"][0] == 2.0
     count = next(line for line in good.splitlines() if "NMembers" in line)
     n = int(count.split()[0])
-    braced = good.replace(count, count.replace(str(n), str(n + 1), 1), 1).replace(member, f"{member}\n{member}", 1)
-    refused(sub, good, braced, f"NMembers: {n + 1} members between {n + 1} joints are not one pile")
-    joint = row(hydro.read_text(), "JointID", 1)
+    second = " ".join([str(n + 1), *member.split()[1:]])
+    braced = good.replace(count, count.replace(str(n), str(n + 1), 1), 1).replace(member, f"{member}\n{second}", 1)
+    assert len(frame(good, braced).members) == n + 1
+    text = hydro.read_text()
+    joint = row(text, "JointID", 1)
     words = joint.split()
-    refused(
-        hydro, joint, " ".join([words[0], "2.0", *words[2:]]), "Jointxi, Jointyi: joints that are not above each other"
+    hydro.write_text(text.replace(joint, " ".join([words[0], "2.0", *words[2:]]), 1))
+    says = (
+        "Jointxi, Jointyi: joints that are not above each other; only upright monopiles are modelled; fixed_base=True"
     )
-    sub.write_text(good.replace("NPropSets ", "NPropSetsCyl ", 1))
+    with pytest.raises(UnsupportedError, match=re.escape(f"{hydro}: {says}")):
+        read_deck(main, control_of=turbine)
+    hydro.write_text(text)
+    sub.write_text(good.replace("NPropSetsCyl ", "NPropSets ", 1))
     assert read_deck(main, control_of=turbine).turbine.support is not None
 
 

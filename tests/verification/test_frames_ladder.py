@@ -15,7 +15,8 @@ import pytest
 import scipy.linalg
 import yaml
 
-from meltemi import load_turbine
+from meltemi import ModelOptions, build, load_turbine
+from meltemi.analysis import natural_modes
 from meltemi.frames.definition import Foot, Frame, JointMass, Member, Releases, Section
 from meltemi.frames.finite_elements import Assembly, assemble
 from meltemi.frames.recovery import recovery
@@ -299,3 +300,19 @@ def test_modes_of_tower_and_frame_are_those_of_all_elements(name: str) -> None:
     assert found == pytest.approx(nearest, rel=1e-3)
     # OC4, phase I: .31 to .32 Hz; SubDyn's own model with a rigid head .3187 and .3212 Hz
     assert np.sort(found)[:2] == pytest.approx({"jacket": [0.3187, 0.3212], "tripod": [0.3134, 0.3151]}[name], rel=0.01)
+
+
+@pytest.mark.slow
+def test_the_parked_turbine_on_the_jacket_vibrates_as_in_openfast() -> None:
+    """Decay without water, blades feathered: 0.3106, 0.3136, 1.20 and 1.27 Hz."""
+    turbine = load_turbine("nrel5mw-jacket")
+    frame = turbine.frame
+    assert frame is not None
+    dry = {each: m.replace(flooded=False) for each, m in frame.members.items()}
+    frame = frame.replace(growth=(), water_density=1e-9, members=dry)
+    options = ModelOptions(blade_nodes=8, tower_nodes=8, torsion_modes=0, locked=("yaw", "drivetrain"))
+    modes = natural_modes(build(turbine.replace(frame=frame), options), pitch=0.5 * np.pi)
+    hertz = {mode.name: mode.frequency / (2 * np.pi) for mode in modes}
+    first = [hertz["1st tower side-side"], hertz["1st tower fore-aft"]]
+    assert first == pytest.approx([0.3106, 0.3136], rel=2e-3)
+    assert [hertz["2nd tower side-side"], hertz["2nd tower fore-aft"]] == pytest.approx([1.20, 1.27], rel=1e-2)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.sparse.csgraph
+from scipy.spatial import cKDTree
 
 from meltemi.core.errors import PlacedError
 
-if TYPE_CHECKING:
-    from meltemi.frames.definition import Frame
-
+Frame = Any
+"""A record of ``frames.definition``, which imports this module."""
 TOLERANCE = 1e-3
 """[m] joints closer than this are the same."""
 FARTHEST, WIDEST = 2000.0, 30.0
@@ -36,6 +36,10 @@ def check(frame: Frame) -> None:
     _connections(frame)
     for i, foot in enumerate(frame.feet):
         _shapes(foot, {"stiffness": (6, 6), "mass": (6, 6)}, "feet", i)
+        if foot.joint in (each.joint for each in frame.feet[:i]):
+            raise PlacedError(f"joint {foot.joint!r} has two feet", "feet", i)
+        if (K := foot.stiffness) is not None and not (np.allclose(K, K.T, rtol=1e-6) and np.linalg.eigvalsh(K)[0] > 0):
+            raise PlacedError("stiffness must be symmetric and positive definite", "feet", i, "stiffness")
         pile = frame.sections.get(foot.pile_section or "")
         if foot.soil is not None and (foot.pile_length is None or pile is None or pile.kind != "tube"):
             raise PlacedError("a foot with soil needs pile_length and pile_section, a tube", "feet", i)
@@ -87,23 +91,16 @@ def _connections(frame: Frame) -> None:
             raise PlacedError(
                 f"joint {name!r} hangs free: no members connect it with a foot or the interface", "joints", name
             )
-    places = np.array([frame.joints[name] for name in names])
-    joined = {frozenset(link) for link in links} | {frozenset(frame.interface)}
-    order = np.argsort(places[:, 2])
-    for k, i in enumerate(order):
-        for j in order[k + 1 :]:
-            if places[j, 2] - places[i, 2] > TOLERANCE:
-                break
-            if np.linalg.norm(places[j] - places[i]) < TOLERANCE:
-                pair = frozenset((names[i], names[j]))
-                if pair not in joined and not pair <= set(frame.interface):
-                    first, second = sorted(pair, key=names.index)
-                    raise PlacedError(
-                        f"joints {first!r} and {second!r} are at one place and not connected; "
-                        "use one joint, or a spring or a rigid link between them",
-                        "joints",
-                        second,
-                    )
+    joined = {frozenset(link) for link in links}
+    close = cKDTree(np.array([frame.joints[name] for name in names])).query_pairs(TOLERANCE)
+    for first, second in ((names[i], names[j]) for i, j in sorted(close)):
+        if {first, second} not in joined and not {first, second} <= set(frame.interface):
+            raise PlacedError(
+                f"joints {first!r} and {second!r} are at one place and not connected; "
+                "use one joint, or a spring or a rigid link between them",
+                "joints",
+                second,
+            )
 
 
 def _shapes(record: Any, wanted: Mapping[str, tuple[int, ...]], *keys: str | int) -> None:

@@ -18,18 +18,22 @@ from meltemi.sea.support import Growth
 from meltemi.turbine.definition import Foundation, Tower
 
 
+BURIED = 1.0
+"""[m] feet farther above the sea bed do not stand on it."""
+
+
 class Section(Record):
     """Section of a member: a tube, a rectangle, or any by its area and moments. Its material is by default steel."""
 
     kind: Literal["tube", "rectangle", "general"] = "tube"
     diameter: float | None = Field(default=None, gt=0.0)
-    """[m; 0.2 to 20] outer diameter of a tube."""
+    """[m; 0.2 to 20] outer diameter of a tube; of a general section that in the water."""
     width: float | None = Field(default=None, gt=0.0)
     """[m; 0.2 to 30] outer width of a rectangle along the member's x."""
     height: float | None = Field(default=None, gt=0.0)
     """[m; 0.2 to 30] outer height of a rectangle along the member's y."""
     thickness: float | None = Field(default=None, gt=0.0)
-    """[m; 0.005 to 0.3] thickness of the wall; without it the section is solid."""
+    """[m; 0.005 to 0.6] thickness of the wall; without it the section is solid."""
     area: float | None = Field(default=None, gt=0.0)
     """[m^2] area of a general section."""
     shear_area_x: float | None = Field(default=None, gt=0.0)
@@ -47,7 +51,7 @@ class Section(Record):
     shear_modulus: float = Field(default=80.8e9, gt=0.0)
     """[N/m^2; 7e10 to 9e10] shear modulus."""
     density: float = Field(default=7850.0, ge=0.0)
-    """[kg/m^3; 7000 to 9500] density."""
+    """[kg/m^3; 2000 to 9500] density, from concrete to steel with additions."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -68,9 +72,9 @@ class Section(Record):
 
     @property
     def breadth(self) -> float:
-        """[m] diameter of a tube, mean of the sides of a rectangle, diameter of a rod of equal area."""
-        if self.kind == "tube":
-            return float(self.diameter or 0.0)
+        """[m] diameter; mean of the sides of a rectangle; diameter of a rod of the area of a general section."""
+        if self.diameter is not None:
+            return self.diameter
         if self.kind == "rectangle":
             return 0.5 * (float(self.width or 0.0) + float(self.height or 0.0))
         return float(np.sqrt(4.0 / np.pi * (self.area or 0.0)))
@@ -230,9 +234,16 @@ class Frame(Record):
                 f"the interface is at {first:g} m, but tower.base_height is {base:g} m", "frame", "interface"
             )
         for name, (_, _, z) in self.joints.items():
-            if z > base + TOLERANCE:
+            if self.feet and z > base + TOLERANCE:  # columns of a floater may rise above the base
                 raise PlacedError(
                     f"joint {name!r} is at {z:g} m, above the tower's base at {base:g} m", "frame", "joints", name
+                )
+        for i, foot in enumerate(self.feet):
+            if (above := self.joints[foot.joint][2] + self.depth) > BURIED:
+                raise PlacedError(
+                    f"joint {foot.joint!r} is {above:g} m above the sea bed, at a depth of {self.depth:g} m; feet "
+                    "stand on it",
+                    *("frame", "feet", i),
                 )
         if self.feet and foundation is not None:
             raise ValueError("foundation: the frame has feet of its own; remove foundation")
@@ -249,7 +260,8 @@ class Frame(Record):
     def _check_names(self) -> None:
         def known(name: str | None, names: Any, what: str, *keys: str | int) -> None:
             if name is not None and name not in names:
-                raise PlacedError(f"{what} {name!r} is not there: {did_you_mean(name, names)}", *keys)
+                near = did_you_mean(name, names) if names else "there are none"
+                raise PlacedError(f"{what} {name!r} is not there: {near}", *keys)
 
         for name, member in self.members.items():
             for joint in member.joints:
@@ -268,7 +280,7 @@ class Frame(Record):
                 known(name, self.joints, "joint", field)
 
     def view_shape(self) -> dict[str, Any]:
-        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines."""
+        """Geometry for views: depth [m], members from x, y, z to x, y, z with diameters at both ends [m]; no lines; itself."""
         members = []
         for member in self.members.values():
             if member.kind == "beam":
@@ -276,7 +288,8 @@ class Frame(Record):
                 first = self.sections[member.section]
                 last = self.sections[member.end_section or member.section]
                 members.append([*map(float, a), *map(float, b), first.breadth, last.breadth])
-        return {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        shape = {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
+        return shape | {"frame": self.content()}
 
     def doubts(self, turbine: Any) -> list[str]:
         """Sentences about implausible values."""

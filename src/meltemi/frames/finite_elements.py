@@ -33,7 +33,9 @@ from meltemi.structure.members import rigid_body
 Float = NDArray[np.float64]
 Int = NDArray[np.int64]
 
-GAUSS_X, GAUSS_W = (np.polynomial.legendre.leggauss(4)[0] + 1.0) / 2.0, np.polynomial.legendre.leggauss(4)[1] / 2.0
+GAUSS_X, GAUSS_W = (
+    0.5 * each + shift for each, shift in zip(np.polynomial.legendre.leggauss(4), (0.5, 0.0), strict=True)
+)
 """Points and weights along an element of length 1: exact for products of cubic displacements."""
 SINGULAR, SHIFT = 1e-12, 1e-14
 """Least eigenvalue of a stiffness matrix scaled to a diagonal of ones, and what makes it regular for the search."""
@@ -243,7 +245,7 @@ def assemble(frame: Frame, base: Float | None = None, clamp: str | None = None) 
     tops = np.array([frame.joints[name] for name in frame.interface])
     at = tops[0] if len(tops) == 1 else np.array([0.0, 0.0, tops[:, 2].max()])
     points = np.vstack([points, at if base is None else base])
-    n, joint = len(points), {name: i for i, name in enumerate((*frame.joints,))}
+    n, joint = len(points), {name: i for i, name in enumerate(frame.joints)}
     elements = _elements(frame, points, member_nodes)
     springs = [((node, joint[name]), _release_spring(release)) for node, name, release in released]
     grounds = {joint[name]: _ground(frame, foot) for name, foot in feet.items() if name not in clamped}
@@ -379,12 +381,10 @@ def release_directions(release: Releases) -> Float:
     """(3, q) directions about which the end of a member turns freely."""
     if release.kind == "ball":
         return np.eye(3)
-    axis = np.array([0.0, 1.0, 0.0]) if release.axis is None else np.asarray(release.axis, float)
-    axis = axis / np.linalg.norm(axis)
-    if release.kind == "pin":
-        return axis[:, None]
-    across: Float = np.linalg.svd(axis[None])[2][1:].T
-    return across
+    assert release.axis is not None
+    axis = (release.axis / np.linalg.norm(release.axis))[:, None]
+    across: Float = np.linalg.svd(axis.T)[2][1:].T
+    return axis if release.kind == "pin" else across
 
 
 def _release_spring(release: Releases) -> Float:
@@ -426,7 +426,7 @@ def _elements(frame: Frame, points: Float, member_nodes: dict[str, Int]) -> Elem
     # consistent with cubic bending and linear stretch and twist, with rotary inertia (F-6)
     N = _shapes(length[beam], axes[beam])
     M[beam] = np.einsum("g,e,egji,ejk,egkl->eil", GAUSS_W, length[beam], N, per_length[beam], N, optimize=True)
-    for k in np.flatnonzero(~beam):
+    for k in np.flatnonzero(~beam).tolist():
         K[k], M[k] = _without_section(members[member[k]], float(length[k]), axes[k, :, 2])
     return Elements(member, nodes, axes, length, K, M, steel, fill, growth, tuple(sections))
 

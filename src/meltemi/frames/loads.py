@@ -98,17 +98,18 @@ class Loads:
         result: Float = np.einsum("kni,ni->k", self.below, nodes + self.assembly.nodal(ends))
         return result
 
-    def of_ground_and_water(self, still: Float) -> Float:
+    def of_ground_and_water(self, still: Float, level: float = 0.0) -> Float:
         """(B, 12) reaction of the ground at the mudline, and load of the water about still water (F-29).
 
         Args:
           still: (P, 3) [N] forces of still water on the pieces, which also turn with the displaced frame.
+          level: [m] of still water above mean sea level.
         """
         p, k, a = self.pieces, len(self.below), self.assembly
         m = 3 * len(p.low)
         result = np.zeros((m + 7 + 2 * k, 12))
         bed = np.array([0.0, 0.0, -a.frame.depth])
-        result[:m, 6:] = _wrench(p.place)
+        result[:m, 6:] = _wrench(p.place - np.array([0.0, 0.0, level]))
         result[:m, :6] = -_wrench(p.place - bed)
         base = a.points[-1] - bed
         result[m : m + 6, :6] = -np.vstack([_wrench(base[None]), np.hstack([np.zeros((3, 3)), np.eye(3)])])

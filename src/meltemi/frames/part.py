@@ -35,6 +35,7 @@ from meltemi.compiler import (
     xyz,
 )
 from meltemi.core.errors import InputError
+from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
@@ -47,7 +48,7 @@ from meltemi.sea.airy import GRAVITY
 from meltemi.sea.conditions import Sea, StillWater
 from meltemi.sea.pile import SeaState, at, cubic
 from meltemi.simulation.channels import Channel, channels_of_group
-from meltemi.simulation.parts import Derived, ParameterTables, Part
+from meltemi.simulation.parts import Derived, Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs, System
 
@@ -279,7 +280,6 @@ class FramePart(Part):
         "frame_section": FrameSection,
         "frame_clock": FrameClock,
     }
-    parameter_tables: ClassVar[ParameterTables] = ((FrameWater, "water", FrameWater.names),)
     loads: Loads
     constants: dict[str, Float]
 
@@ -380,13 +380,13 @@ def in_water(
         origin=origin,
     )
     flow, surface = k.velocity[:, :-1], k.elevation[:, :-1]
-    force = wave_forces(p, k.acceleration[:, :-1], rho * gravity * k.pressure[:, :-1])
-    force += still_forces(p, rho, sea.level, gravity)
+    still = still_forces(p, rho, sea.level, gravity)
+    force = wave_forces(p, k.acceleration[:, :-1], rho * gravity * k.pressure[:, :-1]) + still
     if sea.current is not None:
         flow = flow + np.column_stack([sea.current.at(place[:, 2], depth), np.zeros(len(place))])
     moving = sea.stretching != "none"
     low, high = (sea.level + moving * each for each in (surface.min(initial=0.0), surface.max(initial=0.0)))
-    deep = int(np.searchsorted(p.high, low + 1e-9, side="right"))
+    deep = int(np.searchsorted(p.high, low + TOLERANCE, side="right"))
     wet = max(deep, int(np.flatnonzero(p.low < high).max(initial=-1)) + 1)
     water = constants["water"].copy()
     v = View(FrameWater, water)
@@ -400,6 +400,7 @@ def in_water(
         "frame_surface": np.ascontiguousarray(surface) * moving,
         "frame_push": np.ascontiguousarray(np.column_stack([k.elevation[:, -1], push])),
         "frame_added": added_mass(p, shape, deep),
+        "frame_whole": loads.of_ground_and_water(still, sea.level),
     }
 
 
@@ -427,6 +428,5 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> Part:
         "frame_pieces": nodes,
         "frame_shape": np.ascontiguousarray(loads.shape.transpose(0, 2, 1).reshape(3 * k, count)),
         "frame_still": loads.generalised,
-        "frame_whole": loads.of_ground_and_water(still_forces(p, frame.water_density, 0.0, GRAVITY)),
     }
     return FramePart(loads, constants | in_water(loads, constants, StillWater(), 1.0, (0.0, 0.0), GRAVITY))

@@ -16,12 +16,10 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.threads import one_blas_thread
 from meltemi.frames.finite_elements import Assembly
 
 Float = NDArray[np.float64]
-
-PLACES = (0.0, 0.5, 1.0)
-"""Start, middle and end of a member."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +67,7 @@ class Recovery:
         return np.concatenate([section, np.zeros((*section.shape[:-1], 6 * len(self.feet)))], axis=-1)
 
 
+@one_blas_thread
 def recovery(assembly: Assembly, sections: Sequence[tuple[str, float]]) -> Recovery:
     """Matrices of the loads of some sections, and of all feet.
 

@@ -15,6 +15,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, UnsupportedError
+from meltemi.core.threads import one_blas_thread
 from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
@@ -68,6 +69,7 @@ class Reduction:
         return np.concatenate([self.static, self.modes])
 
 
+@one_blas_thread
 def reduced(assembly: Assembly, modes: int) -> Reduction:
     """Reduce a frame to its base and at most ``modes`` modes.
 
@@ -95,6 +97,7 @@ def _nodes(columns: Float) -> Float:
     return columns.T.reshape(columns.shape[1], len(columns) // 6, 6)
 
 
+@one_blas_thread
 def frequencies(assembly: Assembly, count: int, *, fixed: bool = False) -> Float:
     """(count,) [rad/s] lowest natural frequencies of a frame in air without tower, its base free or ``fixed``.
 
@@ -218,13 +221,11 @@ def _natural(
     M[tower - 6 : tower, tower - 6 : tower] += tip_mass
     above = M[:tower, :tower].copy()
     M[np.ix_(joined, joined)] += wet
-    following = np.zeros((tower + m, 0)), np.zeros((0, tower))
+    following: tuple[Any, Any] = np.zeros((tower + m, 0)), np.zeros((0, tower))
     if platform is not None:
         points = mesh.points + assembly.points[-1]
         moving = free_mass(assembly, platform, points, above, frame.shapes)
-        led = -np.linalg.solve(
-            moving[:, :6], moving[:, 6:]
-        )  # motion of the point at which the whole keeps its momentum
+        led = -np.linalg.solve(moving[:, :6], moving[:, 6:])  # motion of the point, for the whole keeps its momentum
         M += moving[:, 6:].T @ led
         following = led.T, rigid_motions(points)
     square, columns = lowest_modes(G, M, 12 + 4 * sum(counts.values()) + m)

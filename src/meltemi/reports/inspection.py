@@ -12,6 +12,7 @@ from meltemi.core.errors import InputError
 from meltemi.report.plots import plot_performance, plot_power_curve, save
 from meltemi.report.tables import power_curve_rows
 from meltemi.reports.blocks import Document, Picture, Section, Table
+from meltemi.reports.frame_overview import frame_blocks
 from meltemi.reports.html import write_page
 from meltemi.reports.turbine_facts import fact_rows, mode_rows
 from meltemi.reports.turbine_overview import (
@@ -108,6 +109,8 @@ def _sections(overview: TurbineOverview, picture: Path) -> list[Section]:
         *(Section(name.capitalize(), [pictures[name]]) for name in ("blade", "tower", "polars", "rotor")),
         Section("Operation", [pictures["operation"], *operation]),
     ]
+    if overview.turbine.frame is not None and overview.model is not None:
+        sections.insert(4, Section("Frame", frame_blocks(overview.turbine, overview.model.rotor.tower)))
     if overview.modes:
         text = "Modes of the turbine at rest and in vacuum, with locked generator; amplitudes in m and rad."
         sections.append(Section("Modes", [text, Table(*mode_rows(overview.modes), text_columns=2)]))

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 from meltemi.analyses.modes import Mode
 from meltemi.report import tables
 from meltemi.report.tables import Rows
 from meltemi.reports.turbine_overview import PowerTurbineOverview, TurbineOverview, masses
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
+
+if TYPE_CHECKING:
+    from meltemi.frames.finite_elements import Assembly
 
 Groups = list[tuple[str, list[tuple[str, str]]]]
 FIRST = (
@@ -62,9 +67,37 @@ def turbine_facts(overview: TurbineOverview | PowerTurbineOverview) -> Groups:
     groups.append(("Mass", weights))
     if words := getattr(t.platform, "line_words", ""):
         groups.append(("Mooring", [("lines", words)]))
+    if rows := _frame(t):
+        groups.append(("Frame", rows))
     if frequencies := _frequencies(overview):
         groups.append(("Frequency at rest", frequencies))
     return groups
+
+
+def frame_masses(assembly: Assembly) -> dict[str, float]:
+    """Masses [kg] of a frame by what they are, without those that it has not."""
+    e, frame = assembly.elements, assembly.frame
+    parts = {"steel": e.steel, "liquid inside": e.fill, "marine growth": e.growth}
+    masses = {name: float(each @ e.length) for name, each in parts.items()}
+    masses["masses at joints"] = sum(each.mass for each in frame.masses)
+    return {name: kg for name, kg in masses.items() if kg > 0.0}
+
+
+def _frame(turbine: Turbine) -> list[tuple[str, str]]:
+    """Counts, masses and displaced volume; empty without a frame."""
+    if (frame := turbine.frame) is None:
+        return []
+    from meltemi.frames.finite_elements import assemble
+    from meltemi.frames.reduction import tower_base
+    from meltemi.frames.water import pieces
+
+    assembly = assemble(frame, tower_base(frame, turbine.tower))
+    kg, water = frame_masses(assembly), pieces(assembly)
+    return [
+        ("members, joints", f"{len(frame.members)}, {len(frame.joints)}"),
+        ("steel, in all", f"{number(1e-3 * kg.get('steel', 0.0))} t, {number(1e-3 * sum(kg.values()))} t"),
+        ("displaced water", f"{number(float(water.volume[water.high <= 1e-6].sum()))} m³"),
+    ]
 
 
 def _power_facts(overview: PowerTurbineOverview) -> Groups:

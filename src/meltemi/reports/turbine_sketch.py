@@ -32,6 +32,10 @@ def sketch(ax: Axes, overview: TurbineOverview) -> None:
         z = t.tower.base_height + t.tower.position
         outline = np.concatenate([np.stack([centre - r, z], 1), np.stack([centre + r, z], 1)[::-1]])
         ax.add_patch(Polygon(outline, facecolor=SHADE, edgecolor=INK, linewidth=0.7))
+    below = [each.view_shape() for each in t.substructures]
+    for member in (member for each in below for member in each["members"]):
+        for centre, i in ((0.0, 1), (side, 0)):
+            _member(ax, centre, i, np.array(member))
     circle = np.linspace(0.0, 2.0 * np.pi, 181)
     ax.plot(R * np.sin(circle), hub + R * np.cos(circle), color=FAINT, linewidth=0.6, linestyle=(0, (4, 3)))
     size = 0.5 * float(t.tower.diameter[-1])
@@ -63,10 +67,24 @@ def sketch(ax: Axes, overview: TurbineOverview) -> None:
     ax.annotate("", (side - 0.3 * R, hub + 0.62 * R), (side - 0.62 * R, hub + 0.62 * R), arrowprops=arrow)
     ax.text(side - 0.46 * R, hub + 0.65 * R, "wind", fontsize=7.5, color=COLOURS[0], ha="center", va="bottom")
     ax.set_xlim(-1.3 * R, side + 0.95 * R)
-    ax.set_ylim(-0.04 * R, hub + 1.18 * R)
+    lowest = min((member[k] for each in below for member in each["members"] for k in (2, 5)), default=0.0)
+    ax.set_ylim(lowest - 0.04 * R, hub + 1.18 * R)
     ax.set_aspect("equal", anchor="W")
     ax.set_axis_off()
     ax.set_title("front view (looking downwind) and side view, to scale", pad=4, fontweight="bold")
+
+
+def _member(ax: Axes, centre: float, i: int, member: Float) -> None:
+    """A tapered member seen along x (``i`` 1) or y (0)."""
+    from matplotlib.patches import Polygon
+
+    a, b = member[[i, 2]], member[[i + 3, 5]]
+    along = (b - a) / max(float(np.hypot(*(b - a))), 1e-9)
+    across = 0.5 * np.array([-along[1], along[0]])
+    r, s = member[6:8]
+    outline = np.array([a - r * across, b - s * across, b + s * across, a + r * across])
+    outline[:, 0] += centre
+    ax.add_patch(Polygon(outline, facecolor=SHADE, edgecolor=INK, linewidth=0.4))
 
 
 def _edges(turbine: Turbine) -> tuple[Float, Float]:

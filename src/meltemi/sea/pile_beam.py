@@ -184,7 +184,7 @@ def pile_head(support: Support) -> tuple[Float, Float, Float]:
     mesh = assemble(_cut(pile_beam(support), edges[-1] - edges[0]), edges - edges[0])
     around = spread(springs, edges)
     G = softened(grounded(mesh, springs.foot), around)
-    stiffness = np.linalg.inv(G[-6:] @ G[-6:].T)
+    stiffness = np.asarray(np.linalg.inv(G[-6:] @ G[-6:].T), float)
     bent = G @ (G[-6:].T @ stiffness)
     return stiffness, bent.T @ mesh.mass @ bent, (bent.T * around) @ bent
 

@@ -84,8 +84,8 @@ def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, 
     pile = next((part for part in model.parts if isinstance(part, PilePart)), None)
     if pile is None:
         raise InputError(
-            f"sea: {model.turbine.name} stands on land; give it a support (turbine.support), or choose a turbine at "
-            "sea, such as iea15mw-monopile"
+            f"sea: {model.turbine.name} stands on land; give it a support or a frame (turbine.support, turbine.frame), "
+            "or choose a turbine at sea, such as iea15mw-monopile or nrel5mw-jacket"
         )
     support = model.turbine.support
     depth = support.depth + sea.level

@@ -185,7 +185,9 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     if lower in {name.lower() for row in _rows("disk") for name in filter(None, row[:2])}:
         hint = "only a power-coefficient turbine has it"
     if lower.startswith("pile_") or lower in {name.lower() for row in _rows("sea") for name in row[:2]}:
-        hint = "only a turbine in the sea has it, with turbine.support"
+        hint = "only a turbine in the sea has it, with turbine.support" + " or turbine.frame" * (lower[:5] != "pile_")
+    if lower.startswith("member_") and not any(name.startswith("member_") for name in channels):
+        hint = "only a turbine on a frame has it, with turbine.frame, such as nrel5mw-jacket"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
     raise UnknownNameError(f"no channel {name!r}: {hint}")

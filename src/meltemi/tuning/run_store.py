@@ -244,6 +244,7 @@ def cells(
     reduce: Callable[[Result], Any] | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
+    total: int | None = None,
 ) -> list[Any]:
     """Values of a batch's cases, :class:`FailedResult` for those that failed; arguments as of ``simulate_batch``.
 
@@ -253,7 +254,7 @@ def cells(
       KeyboardInterrupt: Ctrl-C ended the runs.
     """
     store, values = current(), []
-    for outcome in resumed(cases, reduce=reduce, workers=workers, progress=progress):
+    for outcome in resumed(cases, reduce=reduce, workers=workers, progress=progress, total=total):
         complete = outcome.status.complete
         if not outcome.ok:
             store.enter(outcome.name, outcome.message, doubtful=complete)

@@ -6,10 +6,10 @@ measured and what was drawn (Matheron's rule): no matrix is larger than the numb
 only while the sensors measured; elsewhere it is the most probable continuation, by conjugate gradients.
 
 With Kaimal's and von Karman's spectra u, v and w are independent: each is conditioned alone. Arrays over frequencies
-have H = n / 2 + 1 entries from 0 to the Nyquist frequency; at these two the covariances are those of their neighbours,
-and a random field has none of them.
+have H = n / 2 + 1 entries from 0 to the Nyquist frequency, which has the covariances of its neighbour and is not drawn.
+At 0 is what fluctuates too slowly for the ring: without it the mean at a sensor would be that of the whole rotor.
 
-Reference: docs/theory/wind.md (W-50 to W-53).
+Reference: docs/theory/wind.md (W-50 to W-54).
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Literal, get_args
 
@@ -32,7 +33,7 @@ from meltemi.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.turbulence.sensors import Sensor, components
 from meltemi.turbulence.spectra import coherence_decay
 from meltemi.turbulence.synthesis import FIELD_STREAM, POINT_STREAM, POINTS_AT_ONCE, add_noise
-from meltemi.turbulence.targets import amplitude_variances, length_scale
+from meltemi.turbulence.targets import amplitude_variances, length_scale, target_densities
 from meltemi.wind.fields import WindBox
 from meltemi.wind.turbulent import TurbulentWind
 
@@ -42,10 +43,14 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.intp]
+Known = NDArray[np.bool_]
 Variance = Literal["measured", "wind"]
 
-SENSOR_STREAM, ERROR_STREAM = 48, 64
-"""Streams of the air at the sensors and of their errors, plus the component; the other address is the sensor."""
+SENSOR_STREAM, ERROR_STREAM, SLOW_STREAM, SLOW_SENSOR_STREAM = 48, 64, 80, 96
+"""Streams of the air at the sensors, of their errors, and of what is slower than the ring, in the field and at the
+sensors, plus the component; the other address is the sensor, or 0."""
+SLOW_NODES = 8
+"""Of the quadrature over what is slower than the ring."""
 PADDING = 8.1
 """Scale parameters that the air travels between the end of a field and its periodic repetition."""
 SAME_TIME, SAME_PLACE = 1e-6, 1e-6
@@ -88,24 +93,15 @@ class ConditionedFields:
 
 @dataclass(frozen=True)
 class Channel:
-    """A measured component on the planes of a field, less the wind's mean profile.
+    """A measured component on the planes of a field, less the wind's mean profile."""
 
-    Attributes:
-      component: 0, 1, 2 for u, v, w.
-      z, y: [m] height and lateral position.
-      values: (n,) [m/s], 0 where unknown.
-      known: (n,) where a sample falls on a plane.
-      noise: [m/s] standard deviation of the errors.
-      missing: [-] share of missing samples.
-    """
-
-    component: int
-    z: float
-    y: float
-    values: Float
-    known: NDArray[np.bool_]
-    noise: float = 0.0
-    missing: float = 0.0
+    component: int  # 0, 1, 2 for u, v, w
+    z: float  # [m] height
+    y: float  # [m] lateral position
+    values: Float  # (n,) [m/s], 0 where unknown
+    known: Known  # (n,) where a sample falls on a plane
+    noise: float = 0.0  # [m/s] standard deviation of the errors
+    missing: float = 0.0  # [-] share of missing samples
 
     @property
     def label(self) -> str:
@@ -114,51 +110,78 @@ class Channel:
 
 
 @dataclass(frozen=True)
-class RandomField:
-    """Random field of one component at places: the points of a grid, rows first, and then the sensors.
+class Places:
+    """P points of a grid, rows first, and then M sensors, between which the coherence is exp(-kappa r)."""
 
-    Attributes:
-      component: 0, 1, 2 for u, v, w.
-      grid: points of the field.
-      z, y: (P + M,) [m] heights and lateral positions of the places.
-      noise: (M,) [m/s] standard deviation of the sensors' errors.
-      variances: (H,) [m^2/s^2] of the amplitudes.
-      kappa: (H,) [1/m] decay of the coherence.
-    """
-
-    component: int
     grid: WindGrid
-    z: Float
-    y: Float
-    noise: Float
-    variances: Float
-    kappa: Float
+    of_sensors: tuple[complex, ...]  # (M,) [m] lateral positions + i heights
+    kappa: Float  # (H,) [1/m]
+
+    @cached_property
+    def all(self) -> Complex:
+        """(P + M,) [m] lateral positions + i heights."""
+        return np.append(self.grid.y + 1j * self.grid.z[:, None], self.of_sensors)
 
     @property
     def points(self) -> Index:
         """Numbers of the points."""
-        return np.arange(len(self.z) - len(self.noise))
+        return np.arange(len(self.all) - len(self.of_sensors))
 
     @property
     def sensors(self) -> Index:
         """Numbers of the sensors."""
-        return np.arange(len(self.z))[len(self.points) :]
+        return len(self.points) + np.arange(len(self.of_sensors))
 
     def distances(self, a: Index, b: Index) -> Float:
         """(A, B) [m] between places."""
-        r = np.hypot(self.z[a, None] - self.z[b], self.y[a, None] - self.y[b])
+        r = np.abs(self.all[a, None] - self.all[b])
         return np.where(r < SAME_PLACE, 0.0, r)
 
-    def covariances(self, a: Index, b: Index, some: slice = slice(None)) -> Float:
-        """(b, A, B) [m^2/s^2] between places at some frequencies."""
-        kappa, variances = (x[some, None, None] for x in (self.kappa, self.variances))
-        product: Float = variances * np.exp(-kappa * self.distances(a, b))
-        return product
+    def coherence(self, a: Index, b: Index, some: slice | Index = slice(None)) -> Float:
+        """(h, A, B) between places at some frequencies."""
+        return np.asarray(np.exp(-self.kappa[some, None, None] * self.distances(a, b)))
 
+    @cached_property
+    def predictors(self) -> list[tuple[Index, Float, Float]]:
+        """For each sensor places before it, their weights (H, K), and the share of variance (H,) they leave (W-51)."""
+        parts = np.array_split(np.arange(len(self.kappa)), math.ceil(len(self.kappa) / FREQUENCIES_AT_ONCE))
+        result, distinct = [], np.array([], np.intp)  # sensors that are neither at a point nor at a sensor before
+        for i in self.sensors[:, None]:
+            r = self.distances(i, np.arange(i[0]))[0]
+            if r.min() == 0.0:
+                given, weight = np.array([r.argmin()]), np.ones((len(self.kappa), 1))
+            else:
+                given = np.append(np.argsort(r[: len(self.points)], kind="stable")[:NEAREST], distinct)
+                among, to_sensor = (partial(self.coherence, given, b) for b in (given, i))
+                weight = np.concatenate([np.linalg.solve(among(some), to_sensor(some)) for some in parts])[..., 0]
+                distinct = np.append(distinct, i)
+            left = 1.0 - np.sum(weight * self.coherence(given, i)[..., 0], axis=1)
+            result.append((given, weight, left.clip(0.0)))
+        return result
+
+
+@dataclass(frozen=True)
+class RandomField:
+    """Random field of one component at places, and what sensors measured of it."""
+
+    component: int  # 0, 1, 2 for u, v, w
+    places: Places
+    channels: Sequence[Channel]  # (M,)
+    variances: Float  # (H,) [m^2/s^2] of the amplitudes
+
+    def covariances(self, a: Index, b: Index) -> Float:
+        """(H, A, B) [m^2/s^2] between places."""
+        return np.asarray(self.variances[:, None, None] * self.places.coherence(a, b))
+
+    @cached_property
+    def noise(self) -> Float:
+        """(M,) [m/s] standard deviations of the amplitudes of the sensors' errors, at all frequencies."""
+        return np.array([channel.noise for channel in self.channels]) / math.sqrt(2 * len(self.variances) - 2)
+
+    @cached_property
     def measured(self) -> Float:
         """(H, M, M) [m^2/s^2] covariances of what the sensors measure, with their errors."""
-        errors = self.noise**2 / (2 * len(self.kappa) - 2)
-        return self.covariances(self.sensors, self.sensors) + np.diag(errors)
+        return self.covariances(self.places.sensors, self.places.sensors) + np.diag(self.noise**2)
 
 
 @one_blas_thread
@@ -209,19 +232,19 @@ def conditioned_fields(
     velocity = np.empty((len(winds), planes, grid.points_z, grid.points_y, 3), np.float32)
     at_points = velocity.reshape(len(winds), planes, -1, 3)
     factor, explained = np.ones(3), np.zeros(3)
+    field = None
     for c in range(3):
-        measured = [channel for channel in channels if channel.component == c]
-        field = random_field(wind, grid, n, c, measured)
+        field = random_field(wind, grid, n, c, channels, field)
         if variance == "measured":
-            factor[c] = _factor(field, measured)
+            factor[c] = _factor(field)
             field = replace(field, variances=factor[c] ** 2 * field.variances)
-        amplitudes = conditioned(field, measured, [wind.seed for wind in winds])
+        amplitudes = conditioned(field, [wind.seed for wind in winds])
         explained[c] = _explained(field)
         for first in range(0, len(mean), POINTS_AT_ONCE):
             some = slice(first, first + POINTS_AT_ONCE)
             series = fft.irfft(amplitudes[:, some] * shift, n, norm="forward")[..., :planes]
             at_points[:, :, some, c] = (series + mean[some, c, None]).swapaxes(1, 2)
-    inside = np.flatnonzero(np.any([channel.known for channel in channels], axis=0))
+    known = start + lag + wind.dt * np.flatnonzero(np.any([channel.known for channel in channels], axis=0))
     return ConditionedFields(
         fields=tuple(
             box_of(one, grid, v, f"{one.label}, through {len(channels)} measured series")
@@ -229,8 +252,8 @@ def conditioned_fields(
         ),
         channels=tuple(channel.label for channel in channels),
         delay=delay,
-        begin=max(start + lag + wind.dt * int(inside[0]), 0.0),
-        end=min(start + lag + wind.dt * int(inside[-1]), duration),
+        begin=max(float(known[0]), 0.0),
+        end=min(float(known[-1]), duration),
         missing=np.array([channel.missing for channel in channels]),
         offset=np.array([channel.values.sum() / max(channel.known.sum(), 1) for channel in channels]),
         factor=factor,
@@ -265,7 +288,7 @@ def on_planes(
     time = start + wind.dt * np.arange(n)
     channels = []
     for sensor in sensors:
-        mean = mean_profile(wind, np.array([sensor.height]), grid.hub_height)[0]
+        (mean,) = mean_profile(wind, np.array([sensor.height]), grid.hub_height)
         for c, x in components(sensor, wind, mean).items():
             valid = ~np.isnan(x)
             at = sensor.time[valid]
@@ -287,93 +310,94 @@ def on_planes(
     return channels
 
 
-def random_field(wind: TurbulentWind, grid: WindGrid, n: int, component: int, measured: list[Channel]) -> RandomField:
-    """A component of a wind on ``n`` planes of a grid and at the sensors that measure it."""
+def random_field(
+    wind: TurbulentWind,
+    grid: WindGrid,
+    n: int,
+    component: int,
+    channels: Sequence[Channel],
+    like: RandomField | None = None,
+) -> RandomField:
+    """A component of a wind on ``n`` planes of a grid and at the sensors that measure it.
+
+    Its places are those of another field, ``like``, if they are equal: u, v and w of a sonic share the predictors.
+    """
     f, variances = amplitude_variances(wind, grid.hub_height, n)
+    x, weight = np.polynomial.legendre.leggauss(SLOW_NODES)
+    slow = 0.25 * f[0] * weight @ target_densities(wind, grid.hub_height, 0.25 * f[0] * (x + 1.0))[component]  # W-54
+    f = np.append(0.0, f)
     kappa = coherence_decay(wind.spectrum, wind.edition, f, wind.speed, length_scale(wind, grid.hub_height))
     if wind.coherent == "u" and component > 0:
         kappa = np.full_like(kappa, INDEPENDENT)
-    return RandomField(
-        component=component,
-        grid=grid,
-        z=np.append(np.repeat(grid.z, grid.points_y), [channel.z for channel in measured]),
-        y=np.append(np.tile(grid.y, grid.points_z), [channel.y for channel in measured]),
-        noise=np.array([channel.noise for channel in measured]),
-        variances=np.pad(variances[component], 1, "edge"),
-        kappa=np.pad(kappa, 1, "edge"),
-    )
+    mine = [channel for channel in channels if channel.component == component]
+    places = Places(grid, tuple(channel.y + 1j * channel.z for channel in mine), np.pad(kappa, (0, 1), "edge"))
+    if like and like.places.of_sensors == places.of_sensors and np.array_equal(like.places.kappa, places.kappa):
+        places = like.places
+    return RandomField(component, places, mine, np.pad(np.append(slow, variances[component]), (0, 1), "edge"))
 
 
-def _factor(field: RandomField, measured: list[Channel]) -> float:
+def _factor(field: RandomField) -> float:
     """[-] of the model's standard deviation (W-52)."""
-    varying = [x for x in measured if x.known.sum() > 1]
+    varying = [x for x in field.channels if x.known.sum() > 1]
     if not varying:
         return 1.0
     variance = np.mean([np.var(x.values[x.known]) - x.noise**2 for x in varying])
     if variance <= 0.0:
-        raise InputError(f"sensors: {measured[0].label} varies no more than its noise: leave it out, or correct noise")
+        raise InputError(f"sensors: {varying[0].label} varies no more than its noise: leave it out, or correct noise")
     # fluctuations that are slower than the series belong to its mean
     within = [1.0 - np.abs(fft.rfft(x.known / x.known.sum())) ** 2 for x in varying]
     return math.sqrt(variance / (2.0 * np.sum(np.mean(within, axis=0)[1:-1] * field.variances[1:-1])))
 
 
+def _explained(field: RandomField) -> float:
+    """[-] share of the variance at the hub that the series determine, while they are known."""
+    row, column = field.places.grid.hub
+    with_hub = field.covariances(field.places.sensors, np.array([row * field.places.grid.points_y + column]))
+    share = np.sum(with_hub * np.linalg.solve(field.measured, with_hub), axis=(1, 2))
+    return float(np.sum(share[1:-1]) / np.sum(field.variances[1:-1]))
+
+
 def draw(field: RandomField, seeds: Sequence[int]) -> Complex:
     """Draw the amplitudes (S, P + M, H) [m/s] at all places with each seed."""
-    c, grid, bins, count = field.component, field.grid, len(field.kappa), len(field.points)
-    coherent = int(np.sum(field.kappa[1:-1] * min(grid.dy, grid.dz) < REACH))
-    amplitudes = np.zeros((len(seeds), len(field.z), bins), np.complex128)
-    addresses = [(seed, FIELD_STREAM + c) for seed in seeds]
-    for some, parts in coherent_fields(field.kappa[1 : coherent + 1], grid, addresses):
-        part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
-        amplitudes[:, :count, some.start + 1 : some.stop + 1] = part
-    alone = np.ones(bins - 2)
-    alone[:coherent] = 0.0
+    c, places, grid, kappa = field.component, field.places, field.places.grid, field.places.kappa
+    bins, count = len(kappa), len(places.points)
+    coherent = kappa[:-1] * min(grid.dy, grid.dz) < REACH
+    amplitudes = np.zeros((len(seeds), len(places.all), bins), np.complex128)
+    for begin, end, stream in ((0, 1, SLOW_STREAM), (1, bins - 1, FIELD_STREAM)):
+        some_kappa = kappa[begin:end][coherent[begin:end]]
+        for some, parts in coherent_fields(some_kappa, grid, [(seed, stream + c) for seed in seeds]):
+            part = parts.reshape(len(seeds), -1, count).swapaxes(1, 2)
+            amplitudes[:, :count, begin + some.start : begin + some.stop] = part
     for seed, drawn in zip(seeds, amplitudes, strict=True):
-        add_noise(drawn[:count], alone, seed, 0, POINT_STREAM + c)
+        add_noise(drawn[:count], np.where(coherent[1:], 0.0, 1.0), seed, 0, POINT_STREAM + c)
         add_noise(drawn[count:], np.ones(bins - 2), seed, 0, SENSOR_STREAM + c)
-    amplitudes[:, :count] *= np.sqrt(field.variances)
-    distinct: list[int] = []  # sensors that are neither at a point nor at a sensor before
-    for i in field.sensors.tolist():
-        r = field.distances(np.array([i]), np.arange(i))[0]
-        if r.min() == 0.0:
-            amplitudes[:, i] = amplitudes[:, r.argmin()]
-        else:
-            nearest = np.argsort(r[:count], kind="stable")[:NEAREST]
-            _draw_given(field, i, np.append(nearest, np.array(distinct, np.intp)), amplitudes)
-            distinct.append(i)
+        slow = np.zeros((len(places.sensors), 3), np.complex128)
+        add_noise(slow, coherent[:1].astype(np.float64), seed, 0, SLOW_SENSOR_STREAM + c)
+        drawn[count:, 0] = slow[:, 1]
+    amplitudes[..., 0] = math.sqrt(2.0) * amplitudes[..., 0].real
+    amplitudes *= np.sqrt(field.variances)
+    for i, (given, weight, left) in zip(places.sensors, places.predictors, strict=True):
+        amplitudes[:, i] *= np.sqrt(left)
+        amplitudes[:, i] += np.einsum("hk,skh->sh", weight, amplitudes[:, given])
     return amplitudes
 
 
-def _draw_given(field: RandomField, i: int, given: Index, amplitudes: Complex) -> None:
-    """Turn unit noise at place ``i`` into amplitudes on the condition of those at given places (W-51)."""
-    for first in range(0, len(field.kappa), FREQUENCIES_AT_ONCE):
-        some = slice(first, first + FREQUENCIES_AT_ONCE)
-        covariance = field.covariances(given, np.array([i]), some)
-        weight = np.linalg.solve(field.covariances(given, given, some), covariance)
-        rest = field.variances[some] - np.sum(weight * covariance, axis=(1, 2))
-        amplitudes[:, i, some] *= np.sqrt(np.maximum(rest, 0.0))
-        amplitudes[:, i, some] += np.einsum("bk,skb->sb", weight[..., 0], amplitudes[:, given, some])
-
-
-def conditioned(field: RandomField, measured: list[Channel], seeds: Sequence[int]) -> Complex:
-    """Draw the amplitudes (S, P, H) [m/s] at the points with each seed on the condition of series (W-50)."""
-    count, drawn = len(field.points), draw(field, seeds)
-    at_points, at_sensors = drawn[:, :count], drawn[:, count:]
-    if not measured:
+def conditioned(field: RandomField, seeds: Sequence[int]) -> Complex:
+    """Draw the amplitudes (S, P, H) [m/s] at the points with each seed on the condition of the series (W-50)."""
+    places, drawn = field.places, draw(field, seeds)
+    at_points, at_sensors = np.split(drawn, [len(places.points)], axis=1)
+    if not field.channels:
         return at_points
-    values = np.array([channel.values for channel in measured])
-    known = np.array([channel.known for channel in measured])
-    n = values.shape[1]
+    values, known = (np.array([getattr(channel, name) for channel in field.channels]) for name in ("values", "known"))
     errors = np.zeros_like(at_sensors)
     for seed, error in zip(seeds, errors, strict=True):
-        add_noise(error, np.ones(len(field.kappa) - 2), seed, 0, ERROR_STREAM + field.component)
-    at_sensors += field.noise[:, None] / math.sqrt(n) * errors
-    among = field.measured()
-    differences = values - fft.irfft(at_sensors, n, norm="forward")
-    amplitudes = fft.rfft([continued(x, known, among) for x in differences], norm="forward")
-    pull = np.linalg.solve(among, amplitudes.T)
-    for some in np.split(field.points, range(POINTS_AT_ONCE, count, POINTS_AT_ONCE)):
-        at_points[:, some] += (field.covariances(some, field.sensors) @ pull).T
+        add_noise(error, np.ones(len(field.variances) - 2), seed, 0, ERROR_STREAM + field.component)
+    at_sensors += field.noise[:, None] * errors
+    differences = values - fft.irfft(at_sensors, values.shape[1], norm="forward")
+    amplitudes = fft.rfft([continued(x, known, field.measured) for x in differences], norm="forward")
+    pull = np.linalg.solve(field.measured, amplitudes.T)
+    for some in np.array_split(places.points, math.ceil(len(places.points) / POINTS_AT_ONCE)):
+        at_points[:, some] += (field.covariances(some, places.sensors) @ pull).T
     return at_points
 
 
@@ -410,11 +434,3 @@ def continued(series: Float, known: NDArray[np.bool_], among: Float) -> Float:
             "samples fall on planes of the field; leave one sensor out, give noise, or a longer dt of the wind"
         )
     return result
-
-
-def _explained(field: RandomField) -> float:
-    """[-] share of the variance at the hub that the series determine, while they are known."""
-    hub = field.grid.hub[0] * field.grid.points_y + field.grid.hub[1]
-    with_hub = field.covariances(field.sensors, np.array([hub]))
-    share = np.sum(with_hub * np.linalg.solve(field.measured(), with_hub), axis=(1, 2))
-    return float(np.sum(share[1:-1]) / np.sum(field.variances[1:-1]))

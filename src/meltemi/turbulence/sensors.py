@@ -19,6 +19,7 @@ from meltemi.core.record import Record, Samples, Vector
 from meltemi.wind.turbulent import TurbulentWind
 
 Float = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 MOST_MISSING = 0.2
 """Share of the samples of a sensor that may be missing."""
@@ -59,11 +60,9 @@ class Sensor(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        n = len(self.time)
+        n, series = len(self.time), self.series
         if n < 2 or np.any(np.diff(self.time) <= 0.0):
             raise ValueError("time needs at least 2 entries and must increase")
-        names = ("u", "v", "w", "speed", "direction")
-        series = {name: x for name in names if (x := getattr(self, name)) is not None}
         if not series:
             raise ValueError("the sensor measures nothing: give u and v, speed, direction, or w")
         if ("u" in series) != ("v" in series):
@@ -82,14 +81,23 @@ class Sensor(Record):
                 )
         return self
 
+    @property
+    def series(self) -> dict[str, Float]:
+        """What it measures, by name."""
+        names = ("u", "v", "w", "speed", "direction")
+        return {name: x for name in names if (x := getattr(self, name)) is not None}
 
-def horizontal(sensor: Sensor) -> NDArray[np.complex128] | None:
-    """Velocity (T,) [m/s] as speed times exp(i direction), of a sensor that has both (W-47)."""
+
+SPEED, DIRECTION = {"u", "speed"}, {"u", "direction"}
+"""Series that contain the horizontal speed, and the wind direction."""
+
+
+def horizontal(sensor: Sensor) -> Complex:
+    """Velocity (T,) [m/s] as speed times exp(i direction) (W-47): a cup alone has direction 0, a vane alone speed 1."""
     if sensor.u is not None and sensor.v is not None:
         return sensor.u - 1j * sensor.v
-    if sensor.speed is not None and sensor.direction is not None:
-        return sensor.speed * np.exp(1j * sensor.direction)
-    return None
+    speed = 1.0 if sensor.speed is None else sensor.speed
+    return speed * np.exp(1j * (np.zeros(len(sensor.time)) if sensor.direction is None else sensor.direction))
 
 
 def components(sensor: Sensor, wind: TurbulentWind, mean: Float) -> dict[int, Float]:
@@ -101,17 +109,15 @@ def components(sensor: Sensor, wind: TurbulentWind, mean: Float) -> dict[int, Fl
       mean: (3,) [m/s] mean wind at the sensor in these axes: a cup alone gives u, a vane alone v, to the first order of
         the fluctuations.
     """
-    result = {}
-    if (velocity := horizontal(sensor)) is not None:
-        turned = velocity * cmath.exp(-1j * wind.direction)
-        result = {0: turned.real, 1: -turned.imag}
+    velocity, speed = horizontal(sensor) * cmath.exp(-1j * wind.direction), math.hypot(mean[0], mean[1])
+    measured, result = sensor.series.keys(), {}
+    if measured & SPEED and measured & DIRECTION:
+        result = {0: velocity.real, 1: -velocity.imag}
     elif sensor.speed is not None:
-        result = {0: sensor.speed + mean[0] - math.hypot(mean[0], mean[1])}
+        result = {0: sensor.speed + mean[0] - speed}
     elif sensor.direction is not None:
-        result = {1: -math.hypot(mean[0], mean[1]) * np.sin(sensor.direction - wind.direction)}
-    if sensor.w is not None:
-        result[2] = sensor.w
-    return result
+        result = {1: -speed * velocity.imag}
+    return result if sensor.w is None else {**result, 2: sensor.w}
 
 
 def measured_wind(
@@ -140,30 +146,23 @@ def measured_wind(
     Raises:
       InputError: no sensor measures the speed, or a mean is out of the range of :class:`TurbulentWind`.
     """
-    speeds, directions = [], []
-    for sensor in sensors:
-        if (velocity := horizontal(sensor)) is not None:
-            mean = complex(np.nanmean(velocity))
-            speeds.append((sensor.height, abs(mean)))
-            directions.append((sensor.height, cmath.phase(mean)))
-        elif sensor.speed is not None:
-            speeds.append((sensor.height, float(np.nanmean(sensor.speed))))
-        elif sensor.direction is not None:
-            directions.append((sensor.height, cmath.phase(complex(np.nanmean(np.exp(1j * sensor.direction))))))
+    means = [(sensor, complex(np.nanmean(horizontal(sensor)))) for sensor in sensors]
+    speeds = [(sensor.height, abs(mean)) for sensor, mean in means if sensor.series.keys() & SPEED]
+    directions = [(sensor.height, cmath.phase(mean)) for sensor, mean in means if sensor.series.keys() & DIRECTION]
     if not speeds or min(speed for _, speed in speeds) <= 0.0:
         raise InputError("sensors: the mean wind needs a mean speed above 0: give u and v, or speed, of a sensor")
-    z, means = np.array(speeds).T
+    z, speed = np.array(speeds).T
     default = TurbulentWind.model_fields["shear_exponent"].default
-    level, exponent = _line(np.log(z / hub_height), np.log(means), shear_exponent, default)
+    level, exponent = _line(np.log(z / hub_height), np.log(speed), shear_exponent, default)
     turn = veer or 0.0
     if directions:
         z, angle = np.array(directions).T
-        level_of, turn = _line(z - hub_height, np.angle(np.exp(1j * (angle - angle[0]))), veer, 0.0)
-        options["direction"] = cmath.phase(cmath.exp(1j * (angle[0] + level_of)))
+        from_first, turn = _line(z - hub_height, np.angle(np.exp(1j * (angle - angle[0]))), veer, 0.0)
+        options["direction"] = cmath.phase(cmath.exp(1j * (angle[0] + from_first)))
     wind = TurbulentWind(speed=math.exp(level), intensity=0.0, shear_exponent=exponent, veer=turn, **options)
     at = np.array([wind.speed, 0.0, 0.0])
-    along = [(series[0], s.noise) for s in sensors if 0 in (series := components(s, wind, at))]
-    variance = np.mean([max(float(np.nanvar(x)) - noise**2, 0.0) for x, noise in along])
+    along = [(u, sensor.noise) for sensor in sensors if (u := components(sensor, wind, at).get(0)) is not None]
+    variance = np.mean([max(float(np.nanvar(u)) - noise**2, 0.0) for u, noise in along])
     return wind.replace(intensity=math.sqrt(variance) / wind.speed)
 
 

@@ -41,19 +41,12 @@ class SiteConditions(Record):
 
 @dataclass(frozen=True)
 class RecordConditions:
-    """Wind and air of a record.
+    """Wind and air of a record."""
 
-    Attributes:
-      sensors: anemometers and vanes upwind, their time 0 at the start of the simulation.
-      wind: mean profile and turbulence; its seed is replaced.
-      distance: [m] of the mast upwind of the tower.
-      air_density: [kg/m^3]; None: that of the case.
-    """
-
-    sensors: tuple[WindSensor, ...]
-    wind: TurbulentWind
-    distance: float
-    air_density: float | None
+    sensors: tuple[WindSensor, ...]  # anemometers and vanes upwind, their time 0 at the start of the simulation
+    wind: TurbulentWind  # mean profile and turbulence; its seed is replaced
+    distance: float  # [m] of the mast upwind of the tower
+    air_density: float | None  # [kg/m^3]; None: that of the case
 
 
 def given_conditions(patterns: Mapping[str, SiteConditions], file: str) -> SiteConditions:
@@ -85,20 +78,19 @@ def conditions_of(
     """
     masts: dict[tuple[float, float], dict[str, Any]] = {}
     distances = set()
-    axis = record.signals.get(NACELLE)
     for name, _, sensor in channels.sensors():
         if not sensor.component or sensor.upwind < 0.0 or name not in record.signals:
             continue
         if sensor.height is None:
             raise InputError(f"channels.{name}: the height of an anemometer or vane is needed")
         signal = record[name]
-        values = signal.values
-        if sensor.component == "direction":
-            zero = record[name] if axis is None else axis
-            values = np.angle(np.exp(1j * (values - np.angle(np.nanmean(np.exp(1j * zero.values))))))
         place = masts.setdefault((sensor.height, sensor.lateral), {"time": signal.time - record.begin + transient})
-        if len(place["time"]) != len(values):
+        if len(place["time"]) != len(signal.time):
             raise InputError(f"{record.file}: {name} and others at {sensor.height:g} m have different times")
+        values = signal.values
+        if sensor.component == "direction":  # from the axis of the rotor (V-19)
+            axis = np.angle(np.nanmean(np.exp(1j * record.signals.get(NACELLE, signal).values)))
+            values = np.angle(np.exp(1j * (values - axis)))
         place[sensor.component] = values
         distances.add(sensor.upwind)
     if not masts:
@@ -106,8 +98,10 @@ def conditions_of(
             f"{record.file}: no wind upwind of the rotor: the map needs a sensor with component: u and v, speed, ..."
         )
     if len(distances) > 1:
-        raise InputError(f"{record.file}: anemometers at {', '.join(f'{d:g}' for d in sorted(distances))} m upwind: "
-                         "leave those out that are not at one distance")  # fmt: skip
+        raise InputError(
+            f"{record.file}: anemometers at {', '.join(f'{d:g}' for d in sorted(distances))} m upwind: "
+            "leave those out that are not at one distance"
+        )
     try:
         sensors = tuple(WindSensor(height=height, across=across, **x) for (height, across), x in masts.items())
         wind = measured_wind(sensors, hub_height, shear_exponent=given.shear_exponent, veer=given.veer, **turbulence)
@@ -118,8 +112,10 @@ def conditions_of(
 
 def _density(record: MeasuredRecord, given: SiteConditions) -> float | None:
     """[kg/m^3] (V-20); None if neither given nor measured."""
-    mean = {name: float(np.nanmean(record[name].values)) for name in (TEMPERATURE, PRESSURE, HUMIDITY)
-            if name in record.signals and len(record[name].finite)}  # fmt: skip
+    measured = {
+        name: signal.finite for name in (TEMPERATURE, PRESSURE, HUMIDITY) if (signal := record.signals.get(name))
+    }
+    mean = {name: float(np.mean(x)) for name, x in measured.items() if len(x)}
     pressure = mean.get(PRESSURE, given.pressure)
     if given.air_density is not None or TEMPERATURE not in mean or pressure is None:
         return given.air_density

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from meltemi.core.errors import InputError
 from meltemi.postprocess.fatigue import damage_equivalent_load
@@ -23,10 +24,7 @@ SLOPES = (4.0, 10.0)
 ORDERS = 6
 """Highest multiple of the rotor frequency."""
 STATISTICS = (
-    "mean",
-    "std",
-    "min",
-    "max",
+    *("mean", "std", "min", "max"),
     *(f"DEL, m = {m:g}" for m in SLOPES),
     *(f"{n}P" for n in range(1, ORDERS + 1)),
 )
@@ -43,21 +41,15 @@ PER_TURN = 32
 
 @dataclass(frozen=True)
 class ReducedRecord:
-    """What is compared of a record.
+    """What is compared of a record, by channel."""
 
-    Attributes:
-      values: (S,) statistics by channel, in the order of ``STATISTICS``.
-      spectra: (B,) [unit^2/Hz] mean density in ``BANDS`` by channel, NaN for a band without a frequency.
-      sectors: (36,) azimuth averages by channel; empty without azimuth.
-    """
-
-    values: Mapping[str, Float]
-    spectra: Mapping[str, Float] = field(repr=False)
-    sectors: Mapping[str, Float] = field(repr=False)
+    values: Mapping[str, Float]  # (S,) statistics, in the order of STATISTICS
+    spectra: Mapping[str, Float] = field(repr=False)  # (B,) [unit^2/Hz] mean density in BANDS, NaN without a frequency
+    sectors: Mapping[str, Float] = field(repr=False)  # (36,) azimuth averages; without azimuth there are none
 
 
 def like(result: Result, signals: Mapping[str, Signal], begin: float, transient: float) -> dict[str, Signal]:
-    """Simulated series at the times of measured ones, and missing where these are.
+    """Simulated series at the times of measured ones, and missing where these are (V-12).
 
     Args:
       result: simulation that reached the end of the record.
@@ -84,53 +76,48 @@ def reduce_record(signals: Mapping[str, Signal], names: Sequence[str]) -> Reduce
     angle = _angle(signals)
     values, spectra, sectors = {}, {}, {}
     for name in names:
-        signal = signals[name]
-        x = signal.finite
+        signal, x = signals[name], signals[name].finite
         if len(x) < 2:
             raise InputError(f"{name} has no samples")
-        duration = len(x) / signal.rate
-        loads = [damage_equivalent_load(x, duration=duration, slope=m) for m in SLOPES]
-        time, filled = signal.time, np.interp(signal.time, signal.time[np.isfinite(signal.values)], x)
-        turned = None if angle is None else np.interp(time, angle.time, angle.values)
-        orders = [np.nan] * ORDERS if turned is None else [*_orders(turned, filled)]
+        filled = np.interp(signal.time, signal.time[np.isfinite(signal.values)], x)
+        loads = [damage_equivalent_load(x, duration=len(x) / signal.rate, slope=m) for m in SLOPES]
+        orders = np.full(ORDERS, np.nan)
+        if angle is not None:
+            turned = np.interp(signal.time, *angle)
+            orders = _orders(turned, filled)
+            if "azimuth" in signals:
+                sectors[name] = sector_means(turned, filled, SECTORS)
         values[name] = np.array([x.mean(), x.std(), x.min(), x.max(), *loads, *orders])
         spectra[name] = _densities(filled, 1.0 / signal.rate)
-        if turned is not None and "azimuth" in signals:
-            sectors[name] = sector_means(turned, filled, SECTORS)
     return ReducedRecord(values, spectra, sectors)
 
 
-def _angle(signals: Mapping[str, Signal]) -> Signal | None:
-    """The rotor's angle [rad], increasing."""
+def _angle(signals: Mapping[str, Signal]) -> tuple[Float, Float] | None:
+    """Times and the rotor's angle [rad], without jumps; None if it is not known."""
     source = signals.get("azimuth", signals.get("rotor_speed"))
     if source is None or len(source.finite) < 2:
         return None
-    there = np.isfinite(source.values)
-    time, x = source.time[there], source.values[there]
-    if "azimuth" in signals:
-        return replace(source, time=time, values=np.unwrap(x))
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (x[1:] + x[:-1]) * np.diff(time))])
-    return replace(source, time=time, values=turned)
+    time, x = source.time[np.isfinite(source.values)], source.finite
+    return time, np.unwrap(x) if "azimuth" in signals else cumulative_trapezoid(x, time, initial=0.0)
 
 
 def _orders(turned: Float, x: Float) -> Float:
     """(6,) standard deviation of x within a quarter of each multiple of the rotor frequency (V-13)."""
-    turns = int(abs(turned[-1] - turned[0]) / (2.0 * np.pi))
+    way = turned[-1] - turned[0]
+    turns = int(abs(way) / (2.0 * np.pi))
     if turns < 4:
         return np.full(ORDERS, np.nan)
-    at = turned[0] + np.sign(turned[-1] - turned[0]) * 2.0 * np.pi * np.arange(turns * PER_TURN) / PER_TURN
+    at = turned[0] + np.sign(way) * 2.0 * np.pi * np.arange(turns * PER_TURN) / PER_TURN
     order = np.argsort(turned, kind="stable")
     power = 2.0 * np.abs(np.fft.rfft(np.interp(at, turned[order], x[order]), norm="forward")) ** 2
-    bands = np.arange(1, ORDERS + 1)[:, None] + np.array([-0.25, 0.25])
-    first, last = (bands * turns).round().astype(int).T
-    return np.sqrt([power[a:b].sum() for a, b in zip(first, last + 1, strict=True)])
+    edges = turns * (np.arange(1, ORDERS + 1) + np.array([[-0.25], [0.25]]))
+    return np.sqrt([power[a : b + 1].sum() for a, b in edges.T.round().astype(int)])
 
 
 def _densities(x: Float, step: float) -> Float:
     """(B,) mean density of an even series in the bands."""
+    frequency = np.fft.rfftfreq(len(x), step)[1:]
     density = 2.0 * step / len(x) * np.abs(np.fft.rfft(x - x.mean()))[1:] ** 2
-    band = np.searchsorted(BANDS, np.fft.rfftfreq(len(x), step)[1:], side="right") - 1
-    inside = (band >= 0) & (band < len(BANDS) - 1)
-    count = np.bincount(band[inside], minlength=len(BANDS) - 1)
-    total = np.bincount(band[inside], density[inside], len(BANDS) - 1)
-    return np.where(count, total / np.maximum(count, 1), np.nan)
+    inside = frequency < BANDS[-1]
+    count, total = (np.histogram(frequency[inside], BANDS, weights=w)[0] for w in (None, density[inside]))
+    return np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -52,38 +52,23 @@ ROTOR = ("rotor_speed", "azimuth")
 
 @dataclass(frozen=True)
 class Prepared:
-    """A record, ready to be simulated.
-
-    Attributes:
-      record: measured record.
-      signals: compared channels and those of the rotor.
-      conditions: wind and air.
-      measured: reduced record.
-    """
+    """A record, ready to be simulated."""
 
     record: MeasuredRecord
-    signals: Mapping[str, Signal]
+    signals: Mapping[str, Signal]  # compared channels and those of the rotor
     conditions: RecordConditions
     measured: ReducedRecord
 
 
 @dataclass(frozen=True)
 class Simulator:
-    """The turbine of a validation in the wind of any record.
-
-    Attributes:
-      settings: file of the validation.
-      case: its case.
-      folder: of the paths in the case.
-      turbine: of the case.
-      parameters: changes of uncertain parameters by name, see :data:`PATHS`.
-    """
+    """The turbine of a validation in the wind of any record."""
 
     settings: Validation
     case: LoadCase
-    folder: Path
+    folder: Path  # of the paths in the case
     turbine: Turbine
-    parameters: Mapping[str, float] = field(default_factory=dict)
+    parameters: Mapping[str, float] = field(default_factory=dict)  # changes of uncertain parameters, see PATHS
     models: dict[float | None, Model[Any]] = field(default_factory=dict, repr=False, compare=False)
 
     @classmethod
@@ -118,6 +103,11 @@ class Simulator:
             self.models[air_density] = model
         return self.models[air_density]
 
+    def gauge(self, channel: str) -> tuple[float, float]:
+        """Gain and zero by which a gauge reads a channel."""
+        gain, zero = (self.parameters.get(f"{kind}.{channel}", 0.0) for kind in ("gauge_gain", "gauge_zero"))
+        return 1.0 + gain, zero
+
     def prepared(self, record: MeasuredRecord, compared: Sequence[str]) -> Prepared:
         """Wind, air and statistics of a record.
 
@@ -130,8 +120,7 @@ class Simulator:
         conditions = conditions_of(record, s.channels, given, self.turbine.hub_height, s.transient, turbulence)
         names = [name for name in dict.fromkeys((*compared, *ROTOR)) if name in record.signals]
         signals = {name: record[name] for name in names if len(record[name].finite) > 1}
-        present = [name for name in compared if name in signals]
-        return Prepared(record, signals, conditions, reduce_record(signals, present))
+        return Prepared(record, signals, conditions, reduce_record(signals, [n for n in compared if n in signals]))
 
     def run(self, prepared: Prepared, seed: int) -> Run:
         """The simulation of a record in the field of a seed."""
@@ -146,16 +135,19 @@ class Simulator:
             controller=case_controller(self.case, model, self.folder),
             channels=tuple(dict.fromkeys((*prepared.signals, *ROTOR))),
             output_step=self.case.output_step * max(round(OUTPUT_STEP / self.case.output_step), 1),
-            # with the parameters: those of gauges change what is kept of a run, but not the run
-            name=", ".join([prepared.record.name, f"seed {seed}", *(f"{k} {x!r}" for k, x in self.parameters.items())]),
+            name=self.name_of(prepared, seed),
         )
 
+    def name_of(self, prepared: Prepared, seed: int) -> str:
+        """Name of a run with its parameters: those of gauges change what is kept of it, but not the run."""
+        return ", ".join([prepared.record.name, f"seed {seed}", *(f"{k} {x!r}" for k, x in self.parameters.items())])
+
     def reduced(self, prepared: Prepared, result: Result) -> ReducedRecord:
-        """What is compared of a simulation."""
+        """What is compared of a simulation: what its gauges would read."""
         signals = like(result, prepared.signals, prepared.record.begin, self.settings.transient)
-        for name in prepared.measured.values:  # what the gauge would read
-            gain, zero = (self.parameters.get(f"{kind}.{name}", 0.0) for kind in ("gauge_gain", "gauge_zero"))
-            signals[name] = replace(signals[name], values=(1.0 + gain) * signals[name].values + zero)
+        for name in prepared.measured.values:
+            gain, zero = self.gauge(name)
+            signals[name] = replace(signals[name], values=gain * signals[name].values + zero)
         return reduce_record(signals, list(prepared.measured.values))
 
 
@@ -214,38 +206,31 @@ def simulate_records(
     Raises:
       KeyboardInterrupt: Ctrl-C.
     """
-    seeds = range(1, simulator.settings.seeds + 1)
-    failed: dict[str, str] = {}
-    ready: list[Prepared] = []
+    ready, failed = [], {}
     for record in records:
         try:
             ready.append(simulator.prepared(record, compared))
         except InputError as error:
             failed[record.name] = str(error)
-    of_run: dict[str, Prepared] = {}
-
-    def runs() -> Iterator[Run]:
-        for each in ready:
-            for seed in seeds:
-                run = simulator.run(each, seed)
-                of_run[run.name] = each
-                yield run
-
+    n = simulator.settings.seeds
+    of_run = {simulator.name_of(each, seed): (each, seed) for each in ready for seed in range(1, n + 1)}
     values = cells(
-        runs(),
-        reduce=lambda result: simulator.reduced(of_run[str(result.meta["case"])], result),
+        (simulator.run(each, seed) for each, seed in of_run.values()),
+        reduce=lambda result: simulator.reduced(of_run[result.meta["case"]][0], result),
         workers=workers,
         progress=progress,
+        total=len(of_run),
     )
     done = []
-    for i, each in enumerate(ready):
-        mine = values[i * len(seeds) : (i + 1) * len(seeds)]
-        simulated = tuple(value for value in mine if not isinstance(value, FailedResult))
-        if lost := [value.why for value in mine if isinstance(value, FailedResult)]:
-            failed[each.record.name] = lost[0]
-        c = each.conditions
+    for k, each in enumerate(ready):
+        c, simulated = each.conditions, []
+        for value in values[k * n : (k + 1) * n]:
+            if isinstance(value, FailedResult):
+                failed.setdefault(each.record.name, value.why)
+            else:
+                simulated.append(value)
         if simulated:
             density = c.air_density or simulator.case.environment.density
             wind = c.wind.speed, c.wind.intensity, density, c.wind.shear_exponent
-            done.append(ComparedRecord(each.record.name, *wind, each.measured, simulated))
+            done.append(ComparedRecord(each.record.name, *wind, each.measured, tuple(simulated)))
     return done, failed

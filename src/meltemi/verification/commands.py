@@ -20,18 +20,24 @@ def verify(
     hawc2: Annotated[
         Path | None, "Folder with models of HAWC2: only the comparisons with its results for them."
     ] = None,
+    members: Annotated[
+        Path | None, "Folder with runs of OpenFAST on a jacket and a tripod: only the comparisons with them."
+    ] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare with closed forms, OpenFAST, HAWC2 and measurements."""
     from meltemi.verification.verification import report_of, verification
 
     tables: list[CheckTable] = []
-    suggest(*(("verify", "--out", out) if quick or measured or hawc2 else ("bench",)))
+    suggest(*(("verify", "--out", out) if quick or measured or hawc2 or members else ("bench",)))
     try:
         with simulation_bar("verification") as progress:
-            verification(quick=quick, measured=measured, models=hawc2, progress=progress, say=say, done=tables.append)
+            verification(
+                quick=quick, measured=measured, models=hawc2, frames=members, progress=progress, say=say,
+                done=tables.append,
+            )  # fmt: skip
     finally:  # after an interruption or an error, too
-        report = report_of(tables, measured, hawc2)
+        report = report_of(tables, measured, hawc2, members)
         for table in tables:
             print_table(table.title, *table.head_and_rows(), text_columns=table.text_columns)
         if tables:

@@ -7,7 +7,19 @@ from pathlib import Path
 
 from meltemi.core.errors import InputError
 from meltemi.core.extras import skipped
-from meltemi.verification import closed_form, far_bending, hawc2, iea, modes, momentum, published, rotor, steady, uae
+from meltemi.verification import (
+    closed_form,
+    far_bending,
+    hawc2,
+    iea,
+    members,
+    modes,
+    momentum,
+    published,
+    rotor,
+    steady,
+    uae,
+)
 from meltemi.verification.known import KNOWN
 from meltemi.verification.table import CheckStudy, CheckTable, KnownDeviation, VerificationReport
 
@@ -42,6 +54,7 @@ def verification(
     quick: bool = False,
     measured: bool = False,
     models: Path | None = None,
+    frames: Path | None = None,
     progress: Callable[[float], None] = lambda share: None,
     say: Callable[[str], None] = lambda text: None,
     done: Callable[[CheckTable], object] = lambda comparison: None,
@@ -52,21 +65,24 @@ def verification(
       quick: only what takes less than two minutes.
       measured: only the comparison with measured loads.
       models: folder with models of HAWC2; only the comparisons with HAWC2's and HAWCStab2's figures for them.
+      frames: folder with runs of OpenFAST on a jacket and a tripod; only the comparisons with them.
       progress: called with the completed fraction.
       say: called at the start with what is skipped.
       done: callback for each completed comparison, with verdicts.
 
     Raises:
-      InputError: a folder lacks models, or ``measured`` or ``models`` is not alone.
+      InputError: a folder lacks models or runs, or ``measured``, ``models`` or ``frames`` is not alone.
     """
-    kinds = {"--measured": measured, "--hawc2": models is not None}
+    kinds = {"--measured": measured, "--hawc2": models is not None, "--members": frames is not None}
     for name, alone in kinds.items():
         if alone and (quick or sum(kinds.values()) > 1):
             raise InputError(f"{name} excludes the other options: leave them out")
     studies = uae.MEASURED if measured else QUICK if quick else FULL
     if models is not None:
         studies = hawc2.studies(models)
-    return report_of(compared(studies, KNOWN, progress, say, done), measured, models)
+    if frames is not None:
+        studies = members.studies(frames)
+    return report_of(compared(studies, KNOWN, progress, say, done), measured, models, frames)
 
 
 def compared(
@@ -91,6 +107,9 @@ def compared(
     return tables
 
 
-def report_of(tables: Sequence[CheckTable], measured: bool = False, models: Path | None = None) -> VerificationReport:
+def report_of(
+    tables: Sequence[CheckTable], measured: bool = False, models: Path | None = None, frames: Path | None = None
+) -> VerificationReport:
     """The report of all comparisons, or of those completed before an interruption."""
-    return VerificationReport(tables, "measurements" if measured else "hawc2" if models is not None else "verification")
+    alone = {"measurements": measured, "hawc2": models is not None, "members": frames is not None}
+    return VerificationReport(tables, next((name for name, asked in alone.items() if asked), "verification"))

@@ -24,6 +24,7 @@ from meltemi.reports.html import stored
 from meltemi.scene.record import Scene, packed, track_arrays
 from meltemi.simulation.result import Result
 from meltemi.view.sea_surface import with_sea
+from meltemi.view.utilisation import with_utilisation
 from meltemi.view.viewer import beside, script
 
 if TYPE_CHECKING:
@@ -187,11 +188,12 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
                 "(view: true in a case file, view=True in Python)"
             )
     plots = [plot for title, names in _titles(results, channels).items() if (plot := _plot(title, names, results))]
-    scenes = [
-        with_sea(with_plots(result.scene, result, plots), result)
+    drawn = [
+        with_utilisation(with_sea(with_plots(result.scene, result, plots), result), result)
         for result in results.values()
         if result.scene is not None
     ]
+    scenes = [scene for scene, _ in drawn]
     largest = {k: max(scene.about["largest"][k] for scene in scenes) for k in scenes[0].about["largest"]}
     scenes = [replace(scene, about=scene.about | {"largest": largest}) for scene in scenes]
     same = dict.fromkeys(scene.about["turbine"]["name"] for scene in scenes)
@@ -200,6 +202,7 @@ def result_view(results: Mapping[str, Result], channels: Sequence[str] = (), loo
     note = (
         f"Drawn positions differ from those of the simulation by at most {accuracy:.0f} mm; nacelle and hub have usual "
         "proportions, sections the relative thickness of their airfoils."
+        f"{drawn[0][1]}"
     )
     return view_of(" and ".join(same), words, scenes, names=list(results), note=note, look=look)
 

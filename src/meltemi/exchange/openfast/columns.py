@@ -10,9 +10,18 @@ from __future__ import annotations
 AXIAL = "AxCoefID AxCd AxCa AxCp"
 HYDRO_JOINTS = "JointID Jointxi Jointyi Jointzi JointAxID"
 HYDRO_SECTIONS = "PropSetID PropD PropThck"
-SIMPLE = "SimplCd SimplCdMG SimplCa SimplCaMG SimplCp"
-BY_DEPTH = "Dpth DpthCd DpthCdMG DpthCa DpthCaMG DpthCp"
-BY_MEMBER = "MemberID " + " ".join(f"Member{c}{k}" for c in ("Cd", "CdMG", "Ca", "CaMG", "Cp") for k in (1, 2))
+HYDRO_RECTANGLES = "PropSetID PropA PropB PropThck"
+_ROUND, _RECTANGLE = "Cd Ca Cp AxCd AxCa AxCp Cb", "CdA CdB CaA CaB Cp AxCd AxCa AxCp Cb"
+
+
+def _coefficients(prefix: str, names: str, ends: str = "") -> str:
+    """Columns of coefficients, each also under marine growth, and at both ends of a member."""
+    return " ".join(f"{prefix}{c}{g}{k}" for c in names.split() for g in ("", "MG") for k in ends or ("",))
+
+
+SIMPLE, SIMPLE_REC = (_coefficients("Simpl", names) for names in (_ROUND, _RECTANGLE))
+BY_DEPTH, BY_DEPTH_REC = ("Dpth " + _coefficients("Dpth", names) for names in (_ROUND, _RECTANGLE))
+BY_MEMBER, BY_MEMBER_REC = ("MemberID " + _coefficients("Member", names, "12") for names in (_ROUND, _RECTANGLE))
 GROWTH = "MGDpth MGThck MGDens"
 _ENDS = "MemberID MJointID1 MJointID2 MPropSetID1 MPropSetID2"
 MEMBERS = {

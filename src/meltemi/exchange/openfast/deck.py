@@ -16,15 +16,21 @@ from meltemi.core.yamlfile import validated
 from meltemi.exchange.openfast.airfoils import Polars, read_airfoils
 from meltemi.exchange.openfast.blade import add_torsion, read_aerodyn_blade, read_beamdyn, read_elastodyn_blade
 from meltemi.exchange.openfast.control import IDEAL_RATE, fixed_pitch, from_discon, simple_torque
+from meltemi.exchange.openfast.frame import read_frame, rigid_body
+from meltemi.exchange.openfast.frame_water import frame_in_water
 from meltemi.exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi.exchange.openfast.mooring import read_mooring
 from meltemi.exchange.openfast.outlist import outputs
+from meltemi.exchange.openfast.superelement import read_superelement
 from meltemi.exchange.openfast.text import InputFile, is_content, read_input
-from meltemi.exchange.openfast.tower import add_diameter, read_substructure, read_tower
+from meltemi.exchange.openfast.tower import add_diameter, is_pile, read_pile_in_water, read_tower
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast.water import DeckWater
 from meltemi.exchange.openfast.wind import read_inflow
 from meltemi.exchange.report import ImportedModel, Notes
+from meltemi.frames.definition import Frame
+from meltemi.frames.finite_elements import assemble
+from meltemi.frames.reduction import frequencies, tower_base
 from meltemi.sea.pile_beam import first_frequency
 from meltemi.simulation.rotors import build
 from meltemi.turbine.definition import BaseMotion, Turbine
@@ -91,7 +97,9 @@ def read_deck(
     v = Values(notes, main)
     _refuse_modules(main, v, fixed_base)
     elastodyn = v.read(_open(main, "EDFile", "ElastoDyn"))
-    _refuse_platform(path, v, fixed_base)
+    sub = _subdyn(main, v) if v.given("comp_sub", 0) == 1 and not fixed_base else None
+    floats = _floats(v, sub) and not fixed_base
+    _refuse_platform(path, v, fixed_base, floats, sub is not None)
     aero = _open(main, "AeroFile", "AeroDyn")
     aero_values = Values(notes, aero)
     _refuse_wake(aero, aero_values, momentum_wake)
@@ -113,19 +121,8 @@ def read_deck(
     _machine(data, v, elastodyn.path.name)
     if v["air_density"] is not None:
         aero_values.unneeded("that of the main file is used", "air_density")
-    if v.given("comp_sub", 0) != 1:
-        v.unneeded("of CompSub 1", "sub")
-    floats = _floats(v) and not fixed_base
-    water = DeckWater(main, v, notes) if floats or (v.given("comp_sub", 0) == 1 and not fixed_base) else None
-    if water is None:
-        v.differs("ignored", 0, comp_hydro="the tower stands on land, or is clamped at its base as requested")
-        v.unneeded("the tower stands on land", *WATER)
-    elif floats:
-        data |= _floating(main, v, water)
-    else:
-        data |= read_substructure(main, v, water, notes)
-    if not floats and water is not None:
-        v.unneeded("of a platform", "mooring_file")
+    water = DeckWater(main, v, notes) if floats or sub is not None else None
+    data |= _below_tower(main, v, water, sub, floats, fixed_base)
     servo = _control(main, data, v, None if discon is None else Path(discon), control_of)
     _drivetrain(data, v)
     if control_of is not None:
@@ -133,10 +130,11 @@ def read_deck(
     v.unneeded("given by extra", *(extra or {}))
     supplement(data, control_of, extra or {}, notes)
     _require_complete(path, data)
-    rayleigh = data.get("support", {}).pop("rayleigh", None)
+    below = next((name for name in ("support", "frame") if name in data), "")
+    rayleigh = data.get(below, {}).pop("rayleigh", None)
     turbine = _validated(data, path, v)
     if rayleigh is not None:
-        turbine = _with_damping_ratio(turbine, *rayleigh)
+        turbine = _with_damping_ratio(turbine, below, *rayleigh)
     inflow = v.file(main, "inflow") if v.given("comp_inflow", 1) == 1 else None
     wind = read_inflow(read_input(inflow, "InflowWind"), turbine.hub_height, notes) if inflow else None
     density = v["air_density"] if v["air_density"] is not None else aero_values["air_density"]
@@ -177,10 +175,19 @@ def _others(main: InputFile, v: Values, water: DeckWater | None, inflow: Path | 
             yield read_input(path, module)
 
 
-def _with_damping_ratio(turbine: Turbine, of_mass: float, of_stiffness: float) -> Turbine:
-    """The turbine on a pile with the ratio that its Rayleigh damping has at the first natural frequency."""
+def _with_damping_ratio(
+    turbine: Turbine, below: str, of_mass: float, of_stiffness: float, internal: float = 0.0
+) -> Turbine:
+    """The turbine on a pile or frame with the ratio that its Rayleigh damping has at the first natural frequency.
+
+    Args:
+      internal: damping ratio of the first mode of a frame whose interface is held, to which stiffness adds damping.
+    """
     first = first_frequency(build(turbine).rotor.tower.modes)
-    return turbine.replace(**{"support.damping": 0.5 * (of_mass / first + of_stiffness * first)})
+    if internal and turbine.frame is not None:
+        held = frequencies(assemble(turbine.frame, tower_base(turbine.frame, turbine.tower)), 1, fixed=True)
+        of_stiffness += 2.0 * internal / float(held[0])
+    return turbine.replace(**{f"{below}.damping": 0.5 * (of_mass / first + of_stiffness * first)})
 
 
 def _start(v: Values) -> dict[str, float]:
@@ -222,7 +229,7 @@ def _refuse_modules(main: InputFile, v: Values, fixed_base: bool) -> None:
             moored,
             f"a floating turbine without HydroDyn, or on other lines than MoorDyn's and MAP's: {FIXED}",
         ),
-        ("comp_sub", v.given("comp_sub", 0) > 1 and not fixed_base, f"an external platform (ExtPtfm): {FIXED}"),
+        ("comp_sub", v.given("comp_sub", 0) > 2 and not fixed_base, f"expected 0, 1 or 2: {FIXED}"),
     ):
         if unsupported:
             raise UnsupportedError(f"{main.path.parent / v.source[target]}: {reason}")
@@ -238,19 +245,62 @@ MOTIONS = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 FIXED = "not modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
 WATER = (
     "sea_file hydro_file mooring_file water_density depth level comp_sea platform_mass platform_centre_x "
-    "platform_centre_y platform_centre_z platform_inertia_R platform_inertia_P platform_inertia_Y"
+    "platform_centre_y platform_centre_z platform_inertia_R platform_inertia_P platform_inertia_Y "
+    "platform_inertia_XY platform_inertia_XZ platform_inertia_YZ "
+    "platform_reference_x platform_reference_y platform_reference_z"
 ).split()
+OF_FRAME = WATER[-6:]
+"""Values that platforms and piles do not use."""
 
 
-def _floats(v: Values) -> bool:
-    """Whether the deck has a floating platform: HydroDyn without SubDyn, and platform motion."""
+def _subdyn(main: InputFile, v: Values) -> InputFile:
+    path = v.file(main, "sub")
+    if path is None:
+        raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")
+    return read_input(path, "SubDyn")
+
+
+def _floats(v: Values, sub: InputFile | None) -> bool:
+    """Whether the deck has a floating platform: HydroDyn, platform motion, and no SubDyn or one without ground."""
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
-    return free and bool(v.given("comp_hydro", 0)) and v.given("comp_sub", 0) == 0
+    grounds = sub is not None and sub.count(sub.require(["NReact"], "of lines")) > 0
+    return free and bool(v.given("comp_hydro", 0)) and v.given("comp_sub", 0) < 2 and not grounds
 
 
-def _floating(main: InputFile, v: Values, water: DeckWater) -> dict[str, Any]:
-    """Platform with its mooring lines, and the degrees of freedom of the tower base."""
+def _below_tower(
+    main: InputFile, v: Values, water: DeckWater | None, sub: InputFile | None, floats: bool, fixed_base: bool
+) -> dict[str, Any]:
+    """What the tower stands on: nothing else on land, a superelement, a pile, a frame, a floating platform."""
+    data: dict[str, Any] = {}
+    if v.given("comp_sub", 0) == 0:
+        v.unneeded("of CompSub 1", "sub")
+    if v.given("comp_sub", 0) == 2 and not fixed_base:
+        v.unneeded("of SubDyn or a platform", *WATER)
+        return read_superelement(main, v, v.notes)
+    if water is None:
+        v.differs("ignored", 0, comp_hydro="the tower stands on land, or is clamped at its base as requested")
+        v.unneeded("the tower stands on land", *WATER)
+        return data
+    if sub is not None and is_pile(sub, v.notes):
+        data = read_pile_in_water(sub, v, water, v.notes)
+    elif sub is not None:
+        data["frame"] = frame_in_water(water, read_frame(sub, v, v.notes), v.notes)
+    if floats:
+        data |= _floating(main, v, water, data.get("frame"))
+    else:
+        v.unneeded("of a platform", "mooring_file")
+    if "frame" not in data:
+        v.unneeded("of a frame of many members, or a superelement", *OF_FRAME)
+    return data
+
+
+def _floating(main: InputFile, v: Values, water: DeckWater, frame: dict[str, Any] | None) -> dict[str, Any]:
+    """Platform with its mooring lines, and the degrees of freedom of the tower base; the frame is its elastic body."""
     platform = water.platform(v)
+    if frame is not None:
+        if frame.pop("rayleigh", None) is not None:
+            v.notes.add("ignored", frame["source"], "damping of the frame", "give frame.damping")
+        platform |= rigid_body(validated(frame, Frame, f"{main.path}: frame"))
     moored = v.file(main, "mooring_file") if v.given("comp_mooring", 0) else None
     if moored is not None:
         lines = read_input(moored, "mooring")
@@ -259,14 +309,13 @@ def _floating(main: InputFile, v: Values, water: DeckWater) -> dict[str, Any]:
     return {"platform": platform, "foundation": foundation}
 
 
-def _refuse_platform(path: Path, v: Values, fixed_base: bool) -> None:
+def _refuse_platform(path: Path, v: Values, fixed_base: bool, floats: bool, elastic: bool) -> None:
     free = any(v.given(f"platform_{name}", False) for name in ("surge", "pitch"))
-    floats = _floats(v) and not fixed_base
     why = "a platform has all six motions" if floats else "what is below the tower is elastic, or fixed"
     for name in MOTIONS:
         if (moves := v[f"platform_{name}"]) is not None:
-            v.note("equivalent" if moves == floats else "ignored", f"platform_{name}", why)
-    if free and not _floats(v) and v.given("comp_sub", 0) == 0 and not fixed_base:
+            v.note("equivalent" if moves == (floats or elastic) else "ignored", f"platform_{name}", why)
+    if free and not floats and v.given("comp_sub", 0) == 0 and not fixed_base:
         raise UnsupportedError(
             f"{path.parent / v.source['platform_surge']} and PtfmPDOF: a platform that moves without SubDyn and "
             f"HydroDyn: {FIXED}"

@@ -57,8 +57,8 @@ def diffracts(file: InputFile, entry: KeywordLine, skip: int = 0) -> bool:
     )
 
 
-def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[int, bool]]:
-    """Members with ends, sections and kind of coefficients, and whether each is part of the potential flow.
+def members_layout(file: InputFile) -> tuple[list[tuple[int, list[str]]], list[str]]:
+    """Rows of HydroDyn's members with their lines, and the names of their columns.
 
     Raises:
       InputError: a row has no column PropPot.
@@ -76,13 +76,25 @@ def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict
                 f"the table of members, found {' '.join(row)[:60]!r}"
             )
     layout = columns.MEMBERS[places[0] if places else 10]
+    return rows, [name.split("|")[0] for name in layout.split()]
+
+
+def members_table(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[int, bool]]:
+    """Members with ends, sections and kind of coefficients, and whether each is part of the potential flow.
+
+    Raises:
+      InputError: a row has no column PropPot.
+      UnsupportedError: a member is rectangular.
+    """
+    rows, layout = members_layout(file)
     wanted = {"id": "MemberID", "a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
-    members = file.placed(entry, layout, wanted | {"model": "MCoefMod"}, notes)
-    if 10 in places:
+    entry = file.require(["NMembers"], "of lines")
+    members = file.placed(entry, columns.MEMBERS[len(layout) - 1], wanted | {"model": "MCoefMod"}, notes)
+    if "MSecGeom" in layout:
         wrong = [line for line, row in rows if number(row[5]) != 1.0]
         if wrong:
             raise UnsupportedError(f"{file.at(wrong[0])}: MSecGeom: members are round (1)")
-    inside = [bool(flag(row[place])) for (_, row), place in zip(rows, places, strict=True)]
+    inside = [bool(flag(row[len(layout) - 1])) for _, row in rows]
     return members, {int(i): within for i, within in zip(members["id"], inside, strict=True)}
 
 

@@ -114,8 +114,9 @@ def _available(turbine: Turbine, blade_stations: int, tower_stations: int) -> di
     further: tuple[Channel, ...] = ()
     if turbine.platform is not None:
         further = channels_of_group("platform") + channels_of_group("line", len(turbine.platform.lines))
-    elif turbine.support is not None:
-        further = channels_of_group("sea") + channels_of_group("pile_station", len(turbine.support.load_stations))
+    elif turbine.substructures:
+        piles = turbine.support.load_stations if turbine.support is not None else ()
+        further = channels_of_group("sea") + channels_of_group("pile_station", len(piles))
     nodes = len(turbine.blade.aerodynamics.position)
     return catalogue(ChannelSet(turbine.n_blades, nodes, blade_stations, tower_stations, further=further))
 

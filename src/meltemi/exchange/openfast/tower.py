@@ -113,31 +113,34 @@ def add_diameter(tower: dict[str, Any], aero: InputFile, values: Values, notes: 
     notes.add("approximated", aero.path.name, "tower without diameters", why)
 
 
+def _joints_and_members(file: InputFile, notes: Notes) -> tuple[dict[str, Float], dict[str, Float]]:
+    wanted = {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"}
+    joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, wanted, notes)
+    wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
+    return joints, _subdyn(file, "NMembers", columns.SUB_MEMBERS, wanted, notes)
+
+
+def is_pile(file: InputFile, notes: Notes) -> bool:
+    """Whether a structure of SubDyn is one upright pile on the ground; otherwise it is a frame.
+
+    Raises:
+      InputError: the file is not valid; the message has file and line.
+    """
+    joints, members = _joints_and_members(file, notes)
+    order = np.argsort(joints["z"], kind="stable")
+    off = np.hypot(*(joints[axis] - joints[axis][order[0]] for axis in "xy"))
+    one = len(members["a"]) == len(off) - 1 and bool(np.all(np.diff(joints["z"][order]) > 0.0))
+    return one and float(off.max()) <= 0.01 and file.count(file.require(["NReact"], "of lines")) > 0
+
+
 def _stations(file: InputFile, notes: Notes) -> dict[str, Float]:
     """Height [m] and section of an upright pile at both ends of each member, from bottom to top: z, d, t, E, G,
     density.
 
     Raises:
-      UnsupportedError: the structure is not one upright pile that is clamped at its foot.
       InputError: the file is not valid; the message has file and line.
     """
-    wanted = {"x": "JointXss", "y": "JointYss", "z": "JointZss", "id": "JointID"}
-    joints = _subdyn(file, "NJoints", columns.SUB_JOINTS, wanted, notes)
-    wanted = {"a": "MJointID1", "b": "MJointID2", "first": "MPropSetID1", "second": "MPropSetID2"}
-    members = _subdyn(file, "NMembers", columns.SUB_MEMBERS, wanted, notes)
-    order = np.argsort(joints["z"], kind="stable")
-    height, foot = joints["z"][order], order[0]
-    off = np.hypot(joints["x"] - joints["x"][foot], joints["y"] - joints["y"][foot])
-    far, why = int(np.argmax(off)), ""
-    if off[far] > 0.01:
-        why = f"JointXss, JointYss: joint {joints['id'][far]:g} is {off[far]:.3g} m off the axis of the lowest joint"
-    elif len(members["a"]) != len(height) - 1 or np.any(np.diff(height) <= 0.0):
-        why = f"NMembers: {len(members['a'])} members between {len(height)} joints are not one pile"
-    if why:
-        raise UnsupportedError(
-            f"{file.path}: {why}; only upright monopiles are modelled; fixed_base=True (--fixed-base) clamps the tower "
-            "base instead"
-        )
+    joints, members = _joints_and_members(file, notes)
     wanted = {"d": "XsecD", "t": "XsecT", "id": "PropSetID", "E": "YoungE", "G": "ShearG", "density": "MatDens"}
     sets = _subdyn(file, "NPropSets", columns.SUB_SECTIONS, wanted, notes)
     joint_height = {int(j): float(z) for j, z in zip(joints["id"], joints["z"], strict=True)}
@@ -166,7 +169,6 @@ def read_pile(file: InputFile, notes: Notes) -> Foundation:
     """Read an upright pile of SubDyn as equivalent springs at the tower base.
 
     Raises:
-      UnsupportedError: the structure is not one upright pile that is clamped at its foot.
       InputError: the file is not valid; the message has file and line.
     """
     v = Values(notes, file)
@@ -206,7 +208,7 @@ def read_support(file: InputFile, v: Values, water: DeckWater, notes: Notes) -> 
     An additional key is ``rayleigh``: factors [1/s] of mass and [s] of stiffness, instead of a damping ratio.
 
     Raises:
-      UnsupportedError: the structure is not one upright pile of one material, or its water is not modelled.
+      UnsupportedError: the pile is not of one material, or its water is not modelled.
       InputError: the file is not valid; the message has file and line.
     """
     subdyn = Values(notes, file)
@@ -263,12 +265,8 @@ def read_support(file: InputFile, v: Values, water: DeckWater, notes: Notes) -> 
     return support | water.hydrodynamics(z[keep])
 
 
-def read_substructure(main: InputFile, values: Values, water: DeckWater, notes: Notes) -> dict[str, Any]:
-    """Read the substructure from SubDyn: ``support`` in water, otherwise ``foundation``."""
-    path = values.file(main, "sub")
-    if path is None:
-        raise InputError(f"{main.path}: CompSub is 1, but SubFile names no file")
-    file = read_input(path, "SubDyn")
+def read_pile_in_water(file: InputFile, values: Values, water: DeckWater, notes: Notes) -> dict[str, Any]:
+    """Read an upright pile of SubDyn: ``support`` in water, otherwise ``foundation``."""
     if water.file is None:
         lump = "the pile is springs and the mass of its steel"
         values.differs("ignored", 0.0, **{f"platform_{name}": lump for name in ("mass", *LUMP)})
@@ -277,23 +275,23 @@ def read_substructure(main: InputFile, values: Values, water: DeckWater, notes: 
     foot = file.find("NReact")
     line, row = file.rows(foot, 1)[1][0] if foot is not None and file.count(foot) else (0, [])
     fixed = sum(number(word) == 1.0 for word in row[1:7])
-    springs = file.file(row[7], line) if len(row) > 7 and fixed == 0 else None
-    if springs is None:
+    ground = file.file(row[7], line) if len(row) > 7 and fixed == 0 else None
+    if ground is None:
         if row and fixed < 6:
             why = "the foot of the pile is clamped; springs of an SSI file need all six directions free"
             notes.add("warning", f"{file.path.name}:{line}", f"{fixed} of 6 directions are fixed", why)
         return content
-    notes.add("used", springs.name, "springs and mass under the pile", "foundation")
-    return content | {"foundation": _springs(read_input(springs, "SSI"))}
+    notes.add("used", ground.name, "springs and mass under the pile", "foundation")
+    return content | {"foundation": springs(read_input(ground, "SSI"))}
 
 
-def _springs(file: InputFile) -> dict[str, Any]:
-    """Springs and mass at the foot of a pile, from the upper triangles in SubDyn's file."""
-    springs: dict[str, Any] = {"source": file.path.name}
+def springs(file: InputFile) -> dict[str, Any]:
+    """Springs and mass at the foot of a pile or frame, from the upper triangles in SubDyn's file."""
+    content: dict[str, Any] = {"source": file.path.name}
     for letter, kind in (("K", "stiffness"), ("M", "mass")):
         value = np.zeros((6, 6))
         for i, j in zip(*np.triu_indices(6), strict=True):
             if (entry := file.find(f"{letter}{SPRINGS[i]}{SPRINGS[j]}")) is not None:
                 value[i, j] = value[j, i] = _coefficient(file, entry)
-        springs[kind] = value
-    return springs
+        content[kind] = value
+    return content

@@ -230,17 +230,23 @@ class DeckWater:
         if large or v.given("diffraction_radius", 0.0) > 0.0:
             water["diffraction"] = "maccamy_fuchs"
         content |= {"hydrodynamics": water, "flooded": self._flooded()}
-        if v.given("growth", 0) > 1:
-            grown = self.table("NMGDepths", columns.GROWTH, {"z": "MGDpth", "t": "MGThck", "density": "MGDens"})
-            z, t, density = (grown[name][np.argsort(grown["z"])] for name in ("z", "t", "density"))
-            content["growth"] = [
-                {"bottom": a, "top": b, "thickness": thick, "density": d}
-                for a, b, thick, d in zip(z[:-1], z[1:], *(0.5 * (x[1:] + x[:-1]) for x in (t, density)), strict=True)
-                if thick > 0.0 and b - a > 0.01  # closer rows represent a step
-            ]
-            if np.ptp(t[t > 0.0]) > 0.0:
-                v.note("approximated", "growth", "constant between two depths, with their mean thickness")
+        if growth := self.growth():
+            content["growth"] = growth
         return content
+
+    def growth(self) -> list[dict[str, Any]]:
+        """Layers of marine growth, from the lowest up."""
+        if self.v.given("growth", 0) < 2:
+            return []
+        grown = self.table("NMGDepths", columns.GROWTH, {"z": "MGDpth", "t": "MGThck", "density": "MGDens"})
+        z, t, density = (grown[name][np.argsort(grown["z"])] for name in ("z", "t", "density"))
+        if np.ptp(t[t > 0.0]) > 0.0:
+            self.v.note("approximated", "growth", "constant between two depths, with their mean thickness")
+        return [
+            {"bottom": a, "top": b, "thickness": thick, "density": d}
+            for a, b, thick, d in zip(z[:-1], z[1:], *(0.5 * (x[1:] + x[:-1]) for x in (t, density)), strict=True)
+            if thick > 0.0 and b - a > 0.01  # closer rows represent a step
+        ]
 
     def _flooded(self) -> float | None:
         assert self.file is not None

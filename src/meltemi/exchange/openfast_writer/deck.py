@@ -9,6 +9,9 @@ from dataclasses import dataclass
 from meltemi.core.series import TimeSeries
 from meltemi.environment.site import Environment
 from meltemi.exchange.report import Notes
+from meltemi.floating.platform import Platform
+from meltemi.frames.definition import Frame
+from meltemi.sea.support import Support
 from meltemi.simulation.bladed.build import blade_modes
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.options import ModelOptions
@@ -80,7 +83,17 @@ class ExportModel:
     @property
     def at_sea(self) -> bool:
         """Whether the turbine stands or floats in water."""
-        return self.turbine.support is not None or self.turbine.platform is not None
+        return self.below is not None
+
+    @property
+    def below(self) -> Support | Frame | Platform | None:
+        """What the tower stands on in the water."""
+        return next(iter(self.turbine.substructures), None)
+
+    @property
+    def stands(self) -> bool:
+        """Whether this stands on the sea bed."""
+        return self.at_sea and self.turbine.platform is None
 
 
 def deck_of(turbine: Turbine, options: ModelOptions, environment: Environment) -> ExportModel:

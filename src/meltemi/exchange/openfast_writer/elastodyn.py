@@ -82,7 +82,7 @@ def _base(deck: ExportModel) -> dict[str, object]:
     numbers, lever, mass = [0.0] * 6, 0.0, 0.0
     if platform is not None:
         numbers, mass = [*platform.centre.tolist(), *platform.inertia.tolist()], platform.mass
-    elif deck.turbine.support is not None:
+    elif deck.stands:
         numbers[2] = lever = tower.base_height
         numbers[5] = float(np.trapezoid(0.25 * tower.diameter**2 * tower.mass, tower.position))
     else:

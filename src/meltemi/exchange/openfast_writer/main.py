@@ -12,6 +12,8 @@ from meltemi.simulation.vibrations import highest_frequency
 
 STEPS = (0.01, 0.00625, 0.005, 0.0025, 0.002, 0.00125, 0.001, 0.0005, 0.00025, 0.0002, 0.0001)
 """[s] time steps with few digits that divide ``OUTPUT_STEP``, as OpenFAST requires."""
+FRAME_STEP = 0.025
+"""[s] time step with a frame, whose Jacobian is large."""
 OUTPUT_STEP = 0.05
 """[s] interval between outputs."""
 LOOSE, TIGHT = 1, 3
@@ -41,14 +43,16 @@ def main_file(
       duration, step: [s] simulated time and time step.
       level: [m] still-water level.
     """
-    torsion, sea = deck.turbine.blade.structure.twists, deck.turbine.support or deck.turbine.platform
+    torsion, sea = deck.turbine.blade.structure.twists, deck.below
     files = {"Hydro": "HydroDyn", "Sub": "SubDyn", "Mooring": "MoorDyn", "SeaSt": "SeaState"}
     values: dict[str, object] = {
         "TMax": duration,
         "DT": step,
-        "ModCoupling": TIGHT if beamdyn or deck.turbine.support is not None else LOOSE,
-        "MaxConvIter": 30 if deck.at_sea else 6,  # water moves with members: more correction iterations in a step,
-        "ConvTol": 1e-3 if deck.at_sea else 1e-4,  # which converge to 1e-4 with forces in single precision
+        "ModCoupling": TIGHT if beamdyn or deck.stands else LOOSE,
+        # water moves with members: more correction iterations in a step, which converge to 1e-4 with forces in single
+        # precision
+        "MaxConvIter": 40 if deck.turbine.frame is not None else 30 if deck.at_sea else 6,
+        "ConvTol": 1e-3 if deck.at_sea else 1e-4,
         "DT_UJac": 1.0 if deck.turbine.platform is not None else 99999.0,  # a tilted hull exchanges differently
         "DT_Out": step * max(1, round(OUTPUT_STEP / step)),
         "CompElast": 2 if beamdyn else 1,

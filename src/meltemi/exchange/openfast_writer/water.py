@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from meltemi.floating.coefficients import read_coefficients
 from meltemi.floating.members import Member
 from meltemi.floating.moorings import at_rest
 from meltemi.floating.platform import Platform
+from meltemi.frames.definition import Frame
 from meltemi.hydro.wamit import wamit_texts
 from meltemi.sea.conditions import Sea
 from meltemi.sea.support import Hydrodynamics, Support
@@ -49,6 +49,8 @@ STEP_OF_LINE = 0.2
 FEWEST_SEGMENTS = 30
 WIDER = 10.0
 """[m] width of the field of waves beyond the platform."""
+BESIDE, SPACING = 2.0, 2.0
+"""[m] width of the field of waves beyond a frame, and distance of its points, between which waves are interpolated."""
 REACH, PLACES = 50.0, 16
 """[m] additional width for a displaced platform, and points along either axis there."""
 SAMPLE = 0.25
@@ -56,20 +58,24 @@ SAMPLE = 0.25
 
 
 def sea_state(
-    texts: dict[str, str], title: str, sea: Sea, duration: float, pile: Support | None, platform: Platform | None
+    texts: dict[str, str],
+    title: str,
+    sea: Sea,
+    duration: float,
+    below: Support | Frame | Platform,
 ) -> None:
     """Add SeaState, and a file of all single waves (WaveMod 7), so that OpenFAST has the same waves.
 
     Args:
       duration: [s] simulated time.
-      pile, platform: the support structure in the water.
+      below: the support structure in the water.
 
     Raises:
       UnsupportedError: waves that are not periodic, a tabulated current.
     """
     values: dict[str, float | str] = {}
-    where: Any = pile or platform
-    waves = sea.components(where.depth + sea.level, duration)
+    platform = below if isinstance(below, Platform) else None
+    waves = sea.components(below.depth + sea.level, duration)
     if platform is not None:
         values["drift_cutoff"] = platform.drift_cutoff
         if sea.level:
@@ -93,8 +99,8 @@ def sea_state(
         for name in ("sub_surface", "near_surface", "uniform"):
             values |= {name: getattr(current, name), f"{name}_direction": current.direction}
         values["reference_depth"] = current.reference_depth
-    if pile is not None and pile.hydrodynamics.diffraction == "maccamy_fuchs" and len(waves.frequency):
-        values["diffraction_radius"] = 0.5 * float(pile.diameter[0])
+    if (thick := _thick(below)) and len(waves.frequency):
+        values["diffraction_radius"] = thick  # a diameter (Morison.f90, Waves.f90 of 5.0.0), other than its manual says
     written = by_target("SeaState", values)
     wet = [] if platform is None else loaded_members(platform)
     displaced = platform is not None and platform.excitation == "displaced"
@@ -104,12 +110,41 @@ def sea_state(
         if displaced:
             written |= {"X_HalfWidth": width + REACH, "Y_HalfWidth": width + REACH, "NX": PLACES, "NY": PLACES}
             written |= {} if wet else {"NZ": 2}
+    if isinstance(below, Frame):
+        width = float(np.abs([place[:2] for place in below.joints.values()]).max()) + BESIDE
+        n = 1 + 2 * math.ceil(width / max(SPACING, width / PLACES))
+        written |= {"X_HalfWidth": width, "Y_HalfWidth": width, "NX": n, "NY": n}
     if len(waves.frequency):
         written["WaveDT"] = min(SAMPLE, 1.5 / float(waves.frequency.max()))
     texts["SeaState.dat"] = fill("SeaState", title, written, {"channels": ["Wave1Elev"]})
 
 
-def _hydrodyn(title: str, values: dict[str, float | str], tables: dict[str, list[str]]) -> str:
+def _thick(below: Support | Frame | Platform) -> float:
+    """[m] diameter of members that diffract the waves, or 0.
+
+    Raises:
+      UnsupportedError: they have several diameters, or growth.
+    """
+    if isinstance(below, Support):
+        return float(below.diameter[0]) if below.hydrodynamics.diffraction == "maccamy_fuchs" else 0.0
+    if not isinstance(below, Frame):
+        return 0.0
+    diameters = set()
+    for member in below.members.values():
+        name = member.hydrodynamics
+        c = below.hydrodynamics if name is None else below.other_hydrodynamics[name]
+        if member.kind == "beam" and c.diffraction == "maccamy_fuchs":
+            diameters |= {
+                below.sections[each or member.section].breadth for each in (member.section, member.end_section)
+            }
+    if len(diameters) > 1 or (diameters and below.growth):
+        raise UnsupportedError(
+            "frame.hydrodynamics.diffraction: OpenFAST has diffraction by cylinders of one diameter, without growth"
+        )
+    return max(diameters, default=0.0)
+
+
+def hydrodyn(title: str, values: dict[str, float | str], tables: dict[str, list[str]]) -> str:
     """Text of the HydroDyn file; the numbers of rows follow from its tables."""
     zero, count = np.zeros((6, 6)), {name: len(tables.get(table, ())) for name, table in COUNTED.items()}
     whole = {name: matrix(name, zero) for name in MATRICES} | {"AddF0": matrix("AddF0", zero[:, :1])}
@@ -122,8 +157,10 @@ COUNTED = {
     "NAxCoef": "axial",
     "NJoints": "joints",
     "NPropSetsCyl": "sections",
+    "NPropSetsRec": "rectangles",
     "NCoefDpthCyl": "by_depth",
     "NCoefMembersCyl": "by_member",
+    "NCoefMembersRec": "by_member_rectangles",
     "NMembers": "members",
     "NFillGroups": "fills",
     "NMGDepths": "growth",
@@ -176,11 +213,22 @@ def pile_water(title: str, pile: Support) -> str:
             [x, each.thickness, each.density] for each in grown for x in (each.top - STEP, each.bottom + STEP)
         ),
     }
-    return _hydrodyn(title, {"potential": 0}, tables)
+    return hydrodyn(title, {"potential": 0}, tables)
 
 
 def _of_wave(water: Hydrodynamics) -> tuple[float | Float, float | Float, float | Float]:
     return water.drag, water.added_mass, water.pressure
+
+
+def ground_text(stiffness: Float, mass: Float) -> str:
+    """Text of the file of springs and mass (6, 6) under a foot."""
+    lines = [
+        f"{value[i, j]:.12g}  {letter}{SPRINGS[i]}{SPRINGS[j]}"
+        for letter, value in (("K", stiffness), ("M", mass))
+        for j in range(6)
+        for i in range(j + 1)
+    ]
+    return "\n".join(lines) + "\n"
 
 
 def pile_structure(
@@ -209,38 +257,35 @@ def pile_structure(
     outputs = sorted(set(near[: len(pile.load_stations)]) - {len(joints)})[:MOST_OUTPUTS]
     free = foundation is not None
     if foundation is not None:
-        lines = [
-            f"{value[i, j]:.12g}  {letter}{SPRINGS[i]}{SPRINGS[j]}"
-            for letter, value in (("K", foundation.matrix("stiffness")), ("M", foundation.matrix("mass")))
-            for j in range(6)
-            for i in range(j + 1)
-        ]
-        texts[GROUND] = "\n".join(lines) + "\n"
+        texts[GROUND] = ground_text(foundation.matrix("stiffness"), foundation.matrix("mass"))
     tables = {
         "rayleigh": rows_of([[0.0, 2.0 * pile.damping / first, "RayleighDamp"]]),
         "guyan": rows_of(np.zeros((6, 6)).tolist()),
         "offset": rows_of([[0.0] * 6]),
-        "joints": rows_of([i + 1, 0.0, 0.0, x, 1, 0.0, 0.0, 0.0, 0.0] for i, x in enumerate(joints)),
-        "reactions": rows_of([[1, *[int(not free)] * 6, f'"{GROUND if free else ""}"']]),
-        "interfaces": rows_of([[len(joints), *[1] * 7]]),
-        "members": rows_of([i, i, i + 1, i, i + 1, "1c", 0] for i in range(1, len(joints))),
-        "sections": rows_of(
+        "NJoints": rows_of([i + 1, 0.0, 0.0, x, 1, 0.0, 0.0, 0.0, 0.0] for i, x in enumerate(joints)),
+        "NReact": rows_of([[1, *[int(not free)] * 6, f'"{GROUND if free else ""}"']]),
+        "NInterf": rows_of([[len(joints), *[1] * 7]]),
+        "NMembers": rows_of([i, i, i + 1, i, i + 1, "1c", 0] for i in range(1, len(joints))),
+        "NPropSetsCyl": rows_of(
             [i + 1, *material, float(np.interp(x, z, pile.diameter)), float(np.interp(x, z, pile.thickness))]
             for i, x in enumerate(joints)
         ),
-        "masses": rows_of(
+        "NCmass": rows_of(
             [joint, each.mass, each.inertia, each.inertia, each.about_axis, *[0.0] * 6]
             for joint, each in zip(near[len(pile.load_stations) :], pile.masses, strict=True)
         ),
-        "outputs_of": rows_of([joint, 1, 1] for joint in outputs),
+        "NMOutputs": rows_of([joint, 1, 1] for joint in outputs),
         "channels": [
             *("ReactFXss ReactFYss ReactFZss ReactMXss ReactMYss ReactMZss".split()),
             *(f"M{i + 1}N1{name}" for i in range(len(outputs)) for name in ("FKxe", "FKye", "MKxe", "MKye")),
         ],
     }
-    count = {"NJoints": len(joints), "NMembers": len(joints) - 1, "NPropSets": len(joints)}
-    values = count | {"NCmass": len(pile.masses), "NMOutputs": len(outputs)}
-    texts["SubDyn.dat"] = fill("SubDyn", title, values, tables)
+    texts["SubDyn.dat"] = subdyn(title, {}, tables)
+
+
+def subdyn(title: str, values: dict[str, object], tables: dict[str, list[str]]) -> str:
+    """Text of the SubDyn file; tables with a number of rows are named by its keyword."""
+    return fill("SubDyn", title, values | {name: len(rows) for name, rows in tables.items() if name[0] == "N"}, tables)
 
 
 def loaded_members(platform: Platform) -> list[Member]:
@@ -296,7 +341,7 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
     tables["members"] = rows_of(
         [i, 2 * i - 1, 2 * i, 2 * i - 1, 2 * i, 1, 0, PIECE, 3, 1, str(flows)] for i in range(1, len(members) + 1)
     )
-    texts["HydroDyn.dat"] = _hydrodyn(title, values, tables)
+    texts["HydroDyn.dat"] = hydrodyn(title, values, tables)
 
 
 def mooring(title: str, platform: Platform) -> str:

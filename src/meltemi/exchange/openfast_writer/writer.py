@@ -15,7 +15,7 @@ from meltemi.exchange.openfast_writer.beamdyn import beamdyn_files
 from meltemi.exchange.openfast_writer.deck import DeckNotes, ExportModel, Texts, deck_of, limits
 from meltemi.exchange.openfast_writer.elastodyn import elastodyn
 from meltemi.exchange.openfast_writer.inflow import inflow
-from meltemi.exchange.openfast_writer.main import STEPS, main_file, time_step_of
+from meltemi.exchange.openfast_writer.main import FRAME_STEP, STEPS, main_file, time_step_of
 from meltemi.exchange.openfast_writer.servo import servo
 from meltemi.exchange.report import ImportNote
 from meltemi.sea.conditions import Sea, StillWater
@@ -93,14 +93,18 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
         raise UnsupportedError(f"{turbine.name}: a deck has no ice; take it off with with_ice(turbine, None)")
     if turbine.imbalance is not None:
         raise UnsupportedError(f"{turbine.name}: a deck has blades of one kind; take the imbalance off: imbalance=None")
+    if turbine.frame is not None and turbine.platform is not None:
+        raise UnsupportedError(
+            f"{turbine.name}: a floating frame is not written; take it off for a rigid platform: frame=None"
+        )
     if beamdyn and not turbine.blade.structure.twists:
         raise UnsupportedError(f"{turbine.name}: BeamDyn needs blade.structure.torsion_stiffness, or 6 x 6 matrices")
     deck, notes = deck_of(turbine, options or ModelOptions(), environment or Environment()), DeckNotes(turbine.name)
     limits(deck, notes)
     rated = turbine.rated_rotor_speed
     start = (rated if rotor_speed is None else rotor_speed, turbine.control.pitch.minimum if pitch is None else pitch)
-    implicit = beamdyn or turbine.support is not None
-    step = time_step or deck.options.time_step or (STEPS[0] if implicit else time_step_of(deck))
+    implicit = STEPS[0] if turbine.frame is None else FRAME_STEP
+    step = time_step or deck.options.time_step or (implicit if beamdyn or deck.stands else time_step_of(deck))
     if sea is not None and not deck.at_sea:
         raise InputError(f"sea: {turbine.name} stands on land")
     hydro_files = _water(deck, notes, StillWater() if sea is None else sea, duration) if deck.at_sea else {}
@@ -129,15 +133,24 @@ def _save(folder: Path, texts: Mapping[str, str]) -> list[Path]:
 
 def _water(deck: ExportModel, notes: DeckNotes, sea: Sea, duration: float) -> Texts:
     """Files of the sea and of the support structure; the module is imported only for offshore turbines."""
+    from meltemi.exchange.openfast_writer import frame as frames
     from meltemi.exchange.openfast_writer import water
+    from meltemi.frames.reduction import tower_base
     from meltemi.sea.pile_beam import first_frequency
 
     texts: Texts = {}
-    pile, platform = deck.turbine.support, deck.turbine.platform
-    water.sea_state(texts, deck.title, sea, duration, pile, platform)
+    pile, frame, platform = deck.turbine.support, deck.turbine.frame, deck.turbine.platform
+    assert deck.below is not None, "at sea"
+    if frame is None or frames.wet_members(frame):
+        water.sea_state(texts, deck.title, sea, duration, deck.below)
+    first = first_frequency(deck.model.rotor.tower.modes) if deck.stands else 0.0
+    if frame is not None:
+        if "SeaState.dat" in texts:
+            texts["HydroDyn.dat"] = frames.water(deck.title, frame, sea.level, notes.changed)
+        base = tower_base(frame, deck.turbine.tower)
+        frames.structure(texts, deck.title, frame, base, first, notes.changed)
     if pile is not None:
         texts["HydroDyn.dat"] = water.pile_water(deck.title, pile)
-        first = first_frequency(deck.model.rotor.tower.modes)
         water.pile_structure(texts, deck.title, pile, deck.turbine.foundation, first)
         if pile.shear_share != 0.5:
             notes.changed("support.shear_share", "that of SubDyn's tubes")

@@ -66,7 +66,8 @@ def axes_of(name: str, turbine: Turbine) -> Axes:
         where = f"pile axis, {number(turbine.support.load_stations[part - 1])} m above mean sea level"
         return Axes(where, "inertial", downwind, left, "up")
     if name == "mudline":
-        return Axes("pile axis at the mudline", "inertial; reaction of the ground", downwind, left, "up")
+        where = "tower axis" if turbine.support is None else "pile axis"
+        return Axes(f"{where} at the mudline", "inertial; reaction of the ground", downwind, left, "up")
     return Axes("tower base", "tower base (t)", downwind, left, "up")
 
 
@@ -81,7 +82,7 @@ def axes_blocks(turbine: Turbine) -> list[Block]:
         sketches.append(Subsection(title, [Beside(sketches_of(name, a))]))
     words = (
         "Loads are those that the outboard part exerts on the inboard part: the rotor on the shaft, the nacelle on "
-        "the tower, the tower on the foundation; at the mudline those of the ground on the pile. Axes are "
+        "the tower, the tower on the foundation; at the mudline those of the ground on pile or frame. Axes are "
         "right-handed; moments are positive about them by the right-hand rule. The rotor turns clockwise looking "
         "downwind. In the sketches ⊗ is an axis into the picture; tilt and cone are drawn larger than they are, pitch "
         "is zero. F_res and M_res are the resultants of x and y, at the hub of y and z."

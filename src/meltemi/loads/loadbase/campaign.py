@@ -28,6 +28,8 @@ from meltemi.core.errors import InputError
 from meltemi.core.record import Record
 from meltemi.core.yamlfile import read_record, write_record
 from meltemi.environment.site import Environment
+from meltemi.frames.joints.geometry import tubular_joints
+from meltemi.frames.joints.settings import JointSettings
 from meltemi.iec.classes import WindClass, wind_class
 from meltemi.loads.loadbase.metocean import Metocean
 from meltemi.loads.loadbase.site import Site
@@ -128,6 +130,9 @@ class Campaign(Record):
     """Another number gives other seeds."""
     quick: bool = False
     """One seed, three speeds, one azimuth and instant, yaw sweeps in steps of 90 deg: for a first look."""
+    joints: bool | JointSettings = False
+    """Whether damage of the joints and utilisation of the members of the turbine's frame are evaluated, by default
+    settings or these; :func:`make_campaign` asks for them where a frame has joints of tubes."""
 
     options: dict[str, Any] = Field(default_factory=dict)
     """Model options, as in a case file."""
@@ -247,12 +252,13 @@ def make_campaign(
         "rotor_diameter": described.rotor_diameter,
         "electrical_system": described.electrical is not None,
     }
-    for below in (described.support, described.platform):
-        if below is not None:
-            data["depth"] = below.depth
+    for below in described.substructures:
+        data["depth"] = below.depth
+    data["joints"] = described.frame is not None and bool(tubular_joints(described.frame))
     data |= settings
     if (standard := data.get("standard")) in AT_SEA:
-        if getattr(described, AT_SEA[standard]) is None:
+        stands = described.frame is not None and described.platform is None
+        if getattr(described, AT_SEA[standard]) is None and not (stands and AT_SEA[standard] == "support"):
             like = {"support": "iea15mw-monopile", "platform": "iea15mw-volturnus"}[AT_SEA[standard]]
             raise InputError(
                 f"standard {standard}: {turbine} has no {AT_SEA[standard]}; choose a turbine that has one, such as "

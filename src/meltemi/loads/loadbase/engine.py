@@ -25,6 +25,7 @@ from meltemi.core.threads import available_cores
 from meltemi.loadcases.batch import Batch
 from meltemi.loadcases.store import Outcome
 from meltemi.loads.loadbase.jobs import CaseRow, Job, Workshop, check_key, jobs_of, names_by_key
+from meltemi.loads.loadbase.joints import without_members
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.store import ResultStore
 from meltemi.simulation.result import Result
@@ -444,8 +445,8 @@ def show_case(plan: Plan, name: str, progress: Callable[[float], None] | None = 
 
 def same_numbers(plan: Plan, folder: str | Path, name: str, result: Result) -> bool | None:
     """Whether a result equals the statistics of its case in the load base exactly; None if there are none."""
-    kept = base_table(replace(plan, cases=(plan.case(name),)), folder, "statistics", result.names).set_index("channel")
+    part = without_members(result.evaluated)
+    kept = base_table(replace(plan, cases=(plan.case(name),)), folder, "statistics", part.names).set_index("channel")
     if kept.empty:
         return None
-    part = result.evaluated
     return all((kept.at[c, "min"], kept.at[c, "max"]) == (part[c].min(), part[c].max()) for c in part.names)

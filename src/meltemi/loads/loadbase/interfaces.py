@@ -72,6 +72,7 @@ def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
     if turbine.support is not None:
         piles = [f"pile_station_{n}" for n in range(1, len(turbine.support.load_stations) + 1)]
         interfaces += [Interface(name, six(name)) for name in piles]
+    if turbine.support is not None or (turbine.frame is not None and turbine.frame.feet):
         interfaces.append(Interface("mudline", six("mudline_reaction"), rose=True))
     return tuple(interfaces)
 
@@ -92,7 +93,7 @@ def known_channels(blades: int) -> dict[str, Channel]:
 def recorded(turbine: Turbine, interfaces: Sequence[Interface]) -> tuple[str, ...]:
     """Channels that the cases of a load base record."""
     names = (*OF_BLADES, *(f"flap_{j + 1}_angle" for j in range(len(turbine.flaps))))
-    others = OTHERS if turbine.support is None and turbine.platform is None else (*OTHERS, "wave_elevation")
+    others = (*OTHERS, "wave_elevation") if turbine.substructures else OTHERS
     if turbine.platform is not None:
         others = (*others, *MOTIONS, *tensions(turbine))
     blades = (f"{name}_{b}" for b in range(1, turbine.n_blades + 1) for name in names)

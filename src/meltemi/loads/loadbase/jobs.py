@@ -21,6 +21,7 @@ from meltemi.core.physics import PHYSICS
 from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import validated
 from meltemi.loads.loadbase.interfaces import interfaces_of, recorded, stations
+from meltemi.loads.loadbase.joints import frame_of, joint_settings, member_channels, with_joints, without_members
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.reduction import Reduced, equivalent, reduced
 from meltemi.simulation.bladed.rotor import BladedModel
@@ -64,6 +65,7 @@ class Job:
       content: content of its case file.
       cycles: whether cycles are counted, for fatigue.
       slopes: S-N slopes of load channels; if given, only equivalent loads and statistics are kept.
+      joints: settings of the joints of the turbine's frame, and partial safety factor, if they are evaluated.
     """
 
     name: str
@@ -71,6 +73,7 @@ class Job:
     content: dict[str, Any]
     cycles: bool
     slopes: dict[str, float] | None = None
+    joints: dict[str, Any] | None = None
 
     @property
     def seconds(self) -> float:
@@ -112,10 +115,13 @@ def jobs_of(plan: Plan) -> list[Job]:
     """
     known: dict[str, str] = {}
     jobs = []
+    if (settings := joint_settings(plan.campaign)) is not None:
+        frame_of(aeroelastic(load_turbine(plan.campaign.turbine), "joints"))
     for case in plan.cases:
         if not case.unsupported:
             content, cycles = case.content, case.type == "fatigue"
-            jobs.append(Job(case.name, case_key(content, cycles, known), content, cycles))
+            joints = None if settings is None else {"settings": settings.content(), "factor": case.factor}
+            jobs.append(Job(case.name, case_key(content, cycles, known, joints=joints), content, cycles, joints=joints))
     return jobs
 
 
@@ -128,7 +134,11 @@ def names_by_key(jobs: Iterable[Job]) -> dict[str, list[str]]:
 
 
 def case_key(
-    content: dict[str, Any], cycles: bool, known: dict[str, str], slopes: dict[str, float] | None = None
+    content: dict[str, Any],
+    cycles: bool,
+    known: dict[str, str],
+    slopes: dict[str, float] | None = None,
+    joints: dict[str, Any] | None = None,
 ) -> str:
     """Key of a case.
 
@@ -136,7 +146,7 @@ def case_key(
       content: content of its case file; paths are absolute.
       cycles: whether cycles are counted.
       known: hashes of turbines and files, filled as they are needed.
-      slopes: S-N slopes of load channels, see :class:`Job`.
+      slopes, joints: see :class:`Job`.
 
     Raises:
       InputError: the turbine or a file of the controller cannot be read.
@@ -154,6 +164,7 @@ def case_key(
     turbine_hash = once(f"{turbine} {controlled}", lambda: _turbine_hash(turbine, controlled))
     given = [*code_identity(), REDUCTION, cycles, content | {"turbine": turbine_hash, "controller": controller}]
     given += [{"equivalent": slopes}] if slopes else []
+    given += [{"joints": joints}] if joints else []
     return hashlib.sha256(json.dumps(given, sort_keys=True).encode()).hexdigest()[:24]
 
 
@@ -213,7 +224,8 @@ class Workshop:
         model = _once(self.models, group, built)
         blade, tower = stations(model.turbine)
         recording: dict[str, Any] = {"blade_stations": blade, "tower_stations": tower}
-        recording["channels"] = recorded(model.turbine, interfaces_of(model.turbine))
+        members = member_channels(frame_of(model.turbine)) if job.joints else ()
+        recording["channels"] = (*recorded(model.turbine, interfaces_of(model.turbine)), *members)
         case = validated(content | ({} if job.slopes else recording), LoadCase, job.name)
         law = json.dumps([group, content["controller"], content.get("start")], sort_keys=True)
         controller = _once(self.controllers, law, lambda: case_controller(case, model, Path()))
@@ -246,7 +258,10 @@ class Workshop:
             kept = equivalent(result, job.slopes)
         elif result.status.complete:
             rated = turbine.rated_rotor_speed
-            kept = reduced(result, interfaces_of(turbine), rated_speed=rated, cycles=job.cycles)
+            rest = without_members(result) if job.joints else result
+            kept = reduced(rest, interfaces_of(turbine), rated_speed=rated, cycles=job.cycles)
+            if job.joints:
+                kept = with_joints(kept, result, frame_of(turbine), job.joints, cycles=job.cycles)
         simulated = float(result.time[-1]) if len(result.time) else 0.0
         times = (wind, ended - began - wind, thread_time() - ended)
         stop = "" if "events" in job.content else unplanned_stop(result.log)
@@ -291,7 +306,7 @@ def check_key(job: Job, known: dict[str, str]) -> None:
     Raises:
       InputError: the keys differ.
     """
-    if case_key(job.content, job.cycles, known, job.slopes) != job.key:
+    if case_key(job.content, job.cycles, known, job.slopes, job.joints) != job.key:
         raise InputError(
             f"{job.name}: this process has another version of meltemi (physics {PHYSICS}), turbine or controller file"
         )

@@ -22,6 +22,7 @@ from meltemi.loads.loadbase.design import DesignLoads, compare_bases, design_loa
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.project import Project, read_project
 from meltemi.loads.loadbase.report_cases import assumption_tables, case_table, statistics, statistics_chart
+from meltemi.loads.loadbase.report_joints import JointResults, joint_blocks, joint_results, write_joint_tables
 from meltemi.loads.loadbase.report_loads import (
     LOADS,
     MOMENT,
@@ -118,8 +119,9 @@ def write_report(
         ratios, to = compare_bases(d, against[1]), against[0]
     elif limits is not None:
         ratios, to = limit_ratios(d, limits), "the given limits"
-    tables = write_tables(d, Path(folder) / TABLES)
-    document = load_report(plan, folder, d, tables, ratios, to, project or read_project(folder))
+    joints = joint_results(plan, folder, doubtful=d.settings.doubtful)
+    tables = [*write_tables(d, Path(folder) / TABLES), *write_joint_tables(joints, Path(folder) / TABLES)]
+    document = load_report(plan, folder, d, tables, ratios, to, project or read_project(folder), joints)
     files = [write_page(Path(folder) / FILE, document)]
     if word:
         from meltemi.reports.word import write_word
@@ -136,6 +138,7 @@ def load_report(
     ratios: pd.DataFrame | None = None,
     to: str = "",
     title: Project | None = None,
+    joints: JointResults | None = None,
 ) -> Document:
     """Report of a load base; ``tables``: files beside it; ``ratios``: utilisations, with their reference ``to``."""
     c, table = plan.campaign, statistics(plan, folder)
@@ -143,6 +146,7 @@ def load_report(
         Section("Governing loads", [*glance(d, ratios, to)]),
         Section("Axes", axes_blocks(aeroelastic(load_turbine(c.turbine), "report"))),
         *load_sections(d),
+        Section("Joints and members", joint_blocks(joints)),
         Section("Statistics of all cases", statistics_chart([(str(folder), plan, table)])),
         Section("Cases", case_table(plan, table, d)),
         Section("Assumptions", assumption_tables(plan, d)),

@@ -261,11 +261,7 @@ def _blade_layout(turbine: Turbine, options: ModelOptions) -> NodeLayout:
 
 
 def _coordinates(turbine: Turbine, blade: ModalMember, tower: ModalMember) -> tuple[str, ...]:
-    names = [name if name.startswith(("base ", "pile ", "frame ")) else f"tower {name}" for name in tower.names] + [
-        "",
-        "",
-        "",
-    ]
+    names = [n if n.startswith(("base ", "pile ", "frame ")) else f"tower {n}" for n in tower.names] + [""] * 3
     rows = rows_of(len(names))
     names[rows.yaw], names[rows.generator], names[rows.torsion] = "yaw", "generator", "drivetrain"
     for b in range(turbine.n_blades):

@@ -34,17 +34,19 @@ class SeaView {
 /** Pile, or platform with its lines, under a tower. */
 class Underwater {
   constructor(about, paint) {
-    const { members, lines, floats } = about.water, up = new THREE.Vector3(0, 1, 0);
+    const { members, lines, floats, utilisation = [] } = about.water, up = new THREE.Vector3(0, 1, 0);
     Object.assign(this, { floats, base: about.tower_base, group: new THREE.Group(), body: new THREE.Group() });
     this.group.add(this.body);
     this.body.position.z = this.base;
-    for (const [x, y, z, X, Y, Z, d, D] of members) {
+    const most = Math.max(...utilisation.map((u) => u ?? 0), 1e-6), sides = members.length > 50 ? 16 : 40;
+    members.forEach(([x, y, z, X, Y, Z, d, D], i) => {
       const way = new THREE.Vector3(X - x, Y - y, Z - z), length = way.length();
-      const part = new THREE.Mesh(new THREE.CylinderGeometry(0.5 * D, 0.5 * d, length, 40), paint());
+      const part = new THREE.Mesh(new THREE.CylinderGeometry(0.5 * D, 0.5 * d, length, sides), paint());
+      if (utilisation[i] != null) part.material.color.set("#ffffff").lerp(new THREE.Color("#882255"), utilisation[i] / most);
       part.quaternion.setFromUnitVectors(up, way.clone().divideScalar(length));
       part.position.set(x, y, z - this.base).addScaledVector(way, 0.5);
       this.body.add(part);
-    }
+    });
     this.lines = lines.map((points) => {
       const pairs = points.slice(1).flatMap((p, i) => [points[i], p]), geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(pairs.flat()), 3));
