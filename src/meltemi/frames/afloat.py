@@ -267,8 +267,8 @@ def in_waves(loads: AfloatLoads, sea: Any, duration: float, origin: tuple[float,
     }
 
 
-def part_of_floating(turbine: Any, rotor: Any) -> AfloatPart:
-    """The frame of a turbine's platform.
+def part_of(turbine: Any, options: Any, rotor: Any) -> AfloatPart:
+    """The frame of a turbine's platform; arguments as for ``simulation.parts.parts_of``.
 
     Raises:
       InputError: the frame does not belong to the platform.

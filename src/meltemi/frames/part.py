@@ -404,13 +404,9 @@ def in_water(
     }
 
 
-def part_of(turbine: Any, options: Any, rotor: Any) -> Part:
+def part_of(turbine: Any, options: Any, rotor: Any) -> FramePart:
     """The frame of a turbine; arguments and errors as for ``simulation.parts.parts_of``."""
     frame: Frame = turbine.frame
-    if turbine.platform is not None:
-        from meltemi.frames.afloat import part_of_floating
-
-        return part_of_floating(turbine, rotor)
     assembly = assemble(frame, tower_base(frame, turbine.tower))
     loads = Loads(assembly, pieces(assembly), rotor.tower.below, GRAVITY)
     p = loads.pieces
