@@ -74,17 +74,17 @@ def rigid_motions(points: Float) -> Float:
 class Spread:
     """How a load about the platform's point spreads over pieces of members (F-72).
 
+    What no piece can take, as the yaw moment on a single column, acts on the clamped joint.
+
     Attributes:
       weights: (P, 3, 3) those of the pieces.
       arms: (P, 3, 6) displacements of the pieces by unit motions of the platform's point.
       forces: (P, 3, 6) forces on the pieces by unit loads.
-      rest: (6, 6) load that no piece can take, which acts on the clamped joint; about the platform's point.
     """
 
     weights: Float
     arms: Float
     forces: Float
-    rest: Float
 
     @property
     def total(self) -> Float:
@@ -109,7 +109,7 @@ def _spread(p: Pieces, weights: Float) -> Spread:
     arms = transfer(p.place)[:, :3]
     total = np.einsum("pia,pij,pjb->ab", arms, weights, arms, optimize=True)
     forces = weights @ arms @ np.linalg.pinv(total, rcond=1e-9, hermitian=True)
-    return Spread(weights, arms, forces, np.eye(6) - np.einsum("pia,pib->ab", arms, forces))
+    return Spread(weights, arms, forces)
 
 
 def by_added_mass(p: Pieces) -> Spread:
