@@ -70,6 +70,7 @@ def floating(q: Float = ATTITUDE, v: Float = RATE, **changes: Any) -> Any:
         "floater": Floater.of(step=0.5, period=1e30, bed=-50.0), "platform": PlatformState.of(),
         "base": Base.of(), "base_columns": table(BaseColumns, {"coordinate": 6}), "tower_body": TowerBody.of(),
         "tower_momentum": table(TowerMomentum, {"mode": n - 6}),
+        "hull_shape": np.zeros((0, 6)),
         "platform_columns": np.zeros((6, 6)), "base_six": np.zeros((7, 6)), "float_matrices": np.zeros((30, 6)),
         "float_waves": np.zeros((8, 7)), "float_flow": np.zeros((8, 0)), "float_lines": np.zeros((0, 3)),
         "float_forces": np.zeros((HEADINGS, 0, 12)), "radiation": table(RadiationState, {"mode": 0}),
@@ -114,6 +115,35 @@ def test_motion_of_the_point_is_that_of_a_rigid_body() -> None:
     near(p.spin, turn / (2.0 * h), 1e-5)
     near([*p.velocity, *p.spin], RATE[LAST] @ m.platform_columns)
     near(np.ravel(m.platform_columns[:3]), np.eye(3, 6).ravel())
+
+
+def test_the_hull_of_a_flexible_platform_moves_with_the_modes() -> None:
+    """Velocity, partial velocities and known acceleration of its mean, from differences of its place (F-73)."""
+    place, rate = ATTITUDE + 0.4 * np.eye(7)[0], RATE + 0.3 * np.eye(7)[0]
+    shape = np.array([[0.3, -0.2, 0.5, 1e-6, -2e-6, 3e-6]])
+
+    def moved(t: float) -> Any:
+        m = floating(place + t * rate, rate, hull_shape=shape, platform_columns=np.zeros((7, 6)))
+        plain(base_motion)(m)
+        return m
+
+    m, h = moved(0.0), 1e-3
+    p, R = m.platform, turned(place)
+    near(p.displacement, place[1:4] + R @ ([0.0, 0.0, -10.0] + 0.4 * shape[0, :3]) + [0.0, 0.0, 10.0])
+    before, after = (np.array([*moved(t).platform.displacement]) for t in (-h, h))
+    near(p.velocity, (after - before) / (2.0 * h), 1e-6)
+    near(p.bias, (after - 2.0 * np.array([*p.displacement]) + before) / h**2, 1e-5)
+    near([*p.velocity, *p.spin], rate @ m.platform_columns)
+    near(m.platform_columns[0], np.concatenate([R @ shape[0, :3], R @ shape[0, 3:]]))
+    near(np.subtract([*p.spin], [*m.base.spin]), 0.3 * R @ shape[0, 3:], 1e-6)
+    Q = np.reshape([*p.orientation], (3, 3))
+    near(Rotation.from_matrix(R.T @ Q).as_rotvec(), 0.4 * shape[0, 3:], 1e-4)
+    # a load on the hull works on the mode
+    m.base_six[:], m.core_mass[:], m.core_force[:] = 0.0, 0.0, 0.0
+    m.float_matrices[:6] = np.diag([2.0, 2.0, 3.0, 5.0, 5.0, 7.0])
+    plain(floater_forces)(0.0, m)
+    J = m.platform_columns
+    np.testing.assert_allclose(np.tril(m.core_mass), np.tril(J @ m.float_matrices[:6] @ J.T), rtol=1e-12, atol=1e-12)
 
 
 def test_motion_of_the_tower_top_is_that_of_bent_tower_and_base() -> None:

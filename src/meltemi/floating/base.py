@@ -1,8 +1,9 @@
 """A floating platform as the base of a tower: its records and its motion.
 
-Its six motions are those of the tower's base: three displacements, then a rotation vector.
+Its six motions are those of the tower's base: three displacements, then a rotation vector. The hull of a flexible
+platform also moves with the modes of tower and frame, and the water and the lines act on the mean of its motion.
 
-Reference: docs/theory/floating.md (W-7).
+Reference: docs/theory/floating.md (W-7), docs/theory/frames.md (F-73).
 """
 
 from __future__ import annotations
@@ -10,7 +11,22 @@ from __future__ import annotations
 from math import atan2, sqrt
 from typing import NamedTuple
 
-from meltemi.compiler import Array2, Array3, Constant, Numbers, Rot, Single, Table, Vec, Vectors, kernel, number, xyz
+from meltemi.compiler import (
+    Array1,
+    Array2,
+    Array3,
+    Constant,
+    Numbers,
+    Rot,
+    Single,
+    Table,
+    Vec,
+    Vectors,
+    kernel,
+    number,
+    xyz,
+)
+from meltemi.compiler import rotation as matrix
 from meltemi.floating.mooring import Moorings
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import cross
@@ -55,6 +71,7 @@ class PlatformState(Table):
     elevation: float = number("m", "elevation of the surface at the origin")
     displacement: Vec = xyz("m", "displacement of the platform's point")
     angle: Vec = xyz("rad", "roll, pitch, yaw: rotations about x, then y, then z")
+    orientation: Rot = matrix("-", "orientation of the hull")
     velocity: Vec = xyz("m/s", "velocity of the platform's point")
     spin: Vec = xyz("rad/s", "angular velocity")
     bias: Vec = xyz("m/s^2", "acceleration of the point without that of coordinates")
@@ -77,7 +94,10 @@ class FloaterSystem(System, MovingBase, Moorings):
         and forces at its headings, real parts first.
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
-      platform_columns: (6, 6) velocities of the platform's point, linear and angular, by unit rates of the coordinates.
+      hull_shape: (k, 6) mean motion of the hull of a flexible platform by the k modes of tower and frame; of a rigid
+        one (0, 6).
+      platform_columns: (k + 6, 6) velocities of the platform's point, linear and angular, by unit rates of these modes
+        and of the base's motions.
       base_six: (7, 6) forces and moments, or other pairs of vectors, in the rows ``BODY_VELOCITY`` to ``WHOLE_LOAD``.
     """
 
@@ -94,6 +114,7 @@ class FloaterSystem(System, MovingBase, Moorings):
     float_pole: Constant[Array2]
     float_input: Constant[Array2]
     float_output: Constant[Array2]
+    hull_shape: Constant[Array2]
     platform_columns: Array2
     base_six: Array2
 
@@ -118,10 +139,24 @@ def keep_six(i: int, u: Vec, w: Vec, m: FloaterSystem) -> None:
 
 
 @kernel
+def first_moving(m: FloaterSystem) -> int:
+    """Index of the first coordinate that moves the hull."""
+    return base_row(m) - m.hull_shape.shape[0]
+
+
+@kernel
 def column(k: int, m: FloaterSystem) -> tuple[Vec, Vec]:
-    """Velocity of the platform's point, and angular velocity, by unit rate of the base's motion ``k``."""
+    """Velocity of the platform's point, and angular velocity, by unit rate of the ``k``-th coordinate that moves it."""
     J = m.platform_columns
     return Vec(J[k, 0], J[k, 1], J[k, 2]), Vec(J[k, 3], J[k, 4], J[k, 5])
+
+
+@kernel
+def keep_column(k: int, T: Vec, W: Vec, m: FloaterSystem) -> None:
+    """Set the velocities that :func:`column` returns."""
+    J = m.platform_columns
+    J[k, 0], J[k, 1], J[k, 2] = T.x, T.y, T.z
+    J[k, 3], J[k, 4], J[k, 5] = W.x, W.y, W.z
 
 
 class Motion(NamedTuple):
@@ -134,38 +169,53 @@ class Motion(NamedTuple):
 
 
 @kernel
+def hull_mean(x: Array1, m: FloaterSystem) -> tuple[Vec, Vec]:
+    """Mean displacement and rotation of the hull by the modes, with amplitudes or their rates ``x``; base axes."""
+    H, u, tilt = m.hull_shape, Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for k in range(H.shape[0]):
+        u += x[k] * Vec(H[k, 0], H[k, 1], H[k, 2])
+        tilt += x[k] * Vec(H[k, 3], H[k, 4], H[k, 5])
+    return u, tilt
+
+
+@kernel
 def point_motion(m: FloaterSystem) -> Motion:
-    """Motion of the platform's point by the present coordinates (W-7)."""
+    """Motion of the platform's point by the present coordinates (W-7, F-73)."""
     q, v, k, down = m.q, m.v, base_row(m), Vec(0.0, 0.0, -m.structure.tower_base)
     theta, rate = Vec(q[k + 3], q[k + 4], q[k + 5]), Vec(v[k + 3], v[k + 4], v[k + 5])
     R, w = rotation(theta), angular_velocity(theta, rate)
     arm = R @ down
-    place = Vec(q[k], q[k + 1], q[k + 2]) + arm - down
-    return Motion(R, w, place, Vec(v[k], v[k + 1], v[k + 2]) + cross(w, arm))
+    place, velocity = Vec(q[k], q[k + 1], q[k + 2]) + arm - down, Vec(v[k], v[k + 1], v[k + 2]) + cross(w, arm)
+    if m.hull_shape.shape[0] > 0:
+        (u, tilt), (du, tilting) = hull_mean(q, m), hull_mean(v, m)
+        place, velocity = place + R @ u, velocity + (R @ du + cross(w, R @ u))
+        R, w = R @ rotation(tilt), w + R @ tilting
+    return Motion(R, w, place, velocity)
 
 
 @base_motion.variant
 @kernel
 def platform_motion(m: FloaterSystem) -> None:
-    """Motion of the tower's base, and of the platform's point with its partial velocities (W-7)."""
-    p, base, C, first, q, v = m.platform, m.base, m.base_columns, base_row(m), m.q, m.v
+    """Motion of the tower's base, and of the platform's point with its partial velocities (W-7, F-73)."""
+    p, base, C, first, q, v, H = m.platform, m.base, m.base_columns, base_row(m), m.q, m.v, m.hull_shape
     theta, rate = Vec(q[first + 3], q[first + 4], q[first + 5]), Vec(v[first + 3], v[first + 4], v[first + 5])
-    R, w, p.displacement, p.velocity = point_motion(m)
-    arm, known = R @ Vec(0.0, 0.0, -m.structure.tower_base), angular_acceleration(theta, rate)
+    R, w, known = rotation(theta), angular_velocity(theta, rate), angular_acceleration(theta, rate)
     base.position = Vec(q[first], q[first + 1], q[first + 2] + m.structure.tower_base)
     base.velocity = Vec(v[first], v[first + 1], v[first + 2])
     base.acceleration = Vec(0.0, 0.0, 0.0)
     base.orientation, base.spin, base.spin_rate = R, w, known
-    p.angle = Vec(atan2(R.zy, R.zz), atan2(-R.zx, sqrt(R.xx * R.xx + R.yx * R.yx)), atan2(R.yx, R.xx))
-    p.spin = w
-    p.bias = cross(known, arm) + cross(w, cross(w, arm))
-    J = m.platform_columns
+    Q, p.spin, p.displacement, p.velocity = point_motion(m)
+    arm = R @ (Vec(0.0, 0.0, -m.structure.tower_base) + hull_mean(q, m)[0])
+    p.orientation = Q
+    p.angle = Vec(atan2(Q.zy, Q.zz), atan2(-Q.zx, sqrt(Q.xx * Q.xx + Q.yx * Q.yx)), atan2(Q.yx, Q.xx))
+    p.bias = cross(known, arm) + cross(w, cross(w, arm) + 2.0 * (R @ hull_mean(v, m)[0]))
+    n = H.shape[0]
+    for k in range(n):
+        keep_column(k, R @ Vec(H[k, 0], H[k, 1], H[k, 2]), R @ Vec(H[k, 3], H[k, 4], H[k, 5]), m)
     for k in range(6):
         e = Vec(1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2))
         T, W = e, 0.0 * e
         if k >= 3:
             T, W = 0.0 * e, angular_velocity(theta, e)
         C.linear[k], C.angular[k] = T, W
-        T += cross(W, arm)
-        J[k, 0], J[k, 1], J[k, 2] = T.x, T.y, T.z
-        J[k, 3], J[k, 4], J[k, 5] = W.x, W.y, W.z
+        keep_column(n + k, T + cross(W, arm), W, m)

@@ -33,6 +33,7 @@ from meltemi.floating.base import (
     PlatformState,
     RadiationState,
     column,
+    first_moving,
     keep_six,
     point_motion,
     six,
@@ -76,7 +77,7 @@ from meltemi.simulation.step import (
     part_rates,
 )
 from meltemi.simulation.system import March, Outputs
-from meltemi.structure.moving_base import add_to_base, base_row, moving_base
+from meltemi.structure.moving_base import add_to_base, moving_base
 from meltemi.turbine.definition import BaseMotion
 
 Float = NDArray[np.float64]
@@ -137,7 +138,7 @@ def water_load(t: float, m: FloaterSystem) -> None:
     """Loads of the water but for added mass, in ``base_six``, with further ones (W-8 to W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
     now = cubic(t, f.step, f.period)
-    a, angle, R, known = m.float_waves, p.angle, m.base.orientation, m.base.spin_rate
+    a, angle, R, known = m.float_waves, p.angle, p.orientation, m.base.spin_rate
     velocity, turning = R.T @ p.velocity, R.T @ p.spin
     keep_six(BODY_VELOCITY, velocity, turning, m)
     keep_six(PLACE, p.displacement, angle, m)
@@ -173,8 +174,8 @@ def water_load(t: float, m: FloaterSystem) -> None:
 @kernel
 def add_mass(M: Sym, r: Vec, m: FloaterSystem) -> None:
     """Add a mass [kg], by direction, that moves with the platform at ``r`` [m] to the mass matrix."""
-    first = base_row(m)
-    for k in range(6):
+    first = first_moving(m)
+    for k in range(m.platform_columns.shape[0]):
         T, W = column(k, m)
         momentum = M @ (T + cross(W, r))
         for j in range(k + 1):
@@ -195,7 +196,7 @@ def joint_motion(n: int, v: Vec, w: Vec, m: FloaterSystem) -> Vec:
 @kernel
 def move_junction(n: int, m: FloaterSystem) -> None:
     """Drag and inertia of a junction, of the strings below it, and of half of those above (W-42)."""
-    p, s, order, first = m.platform, m.point_state, m.line_order, base_row(m)
+    p, s, order, first = m.platform, m.point_state, m.line_order, first_moving(m)
     v = joint_motion(n, p.velocity, p.spin, m)
     M, drag = dyad(m.point.inertia[n], 0.0, v), m.point.drag[n]
     F = Vec(0.0, 0.0, 0.0)
@@ -210,7 +211,7 @@ def move_junction(n: int, m: FloaterSystem) -> None:
                 force, below = moved_string(i, e, d, across, v, m)
                 F, M = F + force, M + below
     s.load[n] = F - (drag * sqrt(dot(v, v))) * v
-    for k in range(6):
+    for k in range(m.platform_columns.shape[0]):
         T, W = column(k, m)
         coupling = M @ joint_motion(n, T, W, m)
         for j in range(k + 1):
@@ -266,7 +267,7 @@ def settle_junctions(m: FloaterSystem) -> None:
 @kernel
 def mooring(m: FloaterSystem) -> None:
     """Forces of the lines on the platform."""
-    p, order, ends, load, R = m.platform, m.line_order, m.line_end, m.line_load, m.base.orientation
+    p, order, ends, load, R = m.platform, m.line_order, m.line_end, m.line_load, m.platform.orientation
     for i in range(order.lines):  # type: ignore[attr-defined]
         if order.head[i] == NONE:
             r = R @ m.line.fairlead[i]
@@ -285,6 +286,7 @@ def mooring(m: FloaterSystem) -> None:
         elif order.head[i] == NONE:
             r = ends.upper[i] - p.displacement
             pull = line_pull(i, r, m)
+            load.pull[i] = pull
             F += pull
             M += cross(r, pull)
     p.mooring_force, p.mooring_moment = F, M
@@ -294,7 +296,7 @@ def mooring(m: FloaterSystem) -> None:
 @kernel
 def floater_forces(t: float, m: FloaterSystem) -> None:
     """Forces on the motions of the base, with inertia of the platform and added mass of the water (W-7)."""
-    p, f, J, K, first = m.platform, m.floater, m.platform_columns, m.float_matrices, base_row(m)
+    p, f, J, K, first = m.platform, m.floater, m.platform_columns, m.float_matrices, first_moving(m)
     water_load(t, m)
     mooring(m)
     inertia, nothing = Sym(f.inertia.x, f.inertia.y, f.inertia.z, 0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
@@ -302,7 +304,7 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
     water, water_moment = six(WATER_LOAD, m)
     further, further_moment = six(FURTHER_LOAD, m)
     F, M = water + (further + p.mooring_force), water_moment + (further_moment + p.mooring_moment)
-    for k in range(6):
+    for k in range(J.shape[0]):
         T, W = column(k, m)
         m.core_force[first + k] += dot(T, F) + dot(W, M)
         for j in range(k + 1):
@@ -317,9 +319,9 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
 @kernel
 def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
     """Rate of an oscillation of the radiation from the mean velocity over a step that ends now (W-4)."""
-    first, J = base_row(m), m.platform_columns
+    first, J = first_moving(m), m.platform_columns
     re, im = 0.0 * m.v[first], 0.0 * m.v[first]
-    for k in range(6):
+    for k in range(J.shape[0]):
         rate = m.v[first + k] - 0.5 * dt * m.a[first + k]
         for j in range(6):
             re += m.float_input[n, j] * J[k, j] * rate
@@ -370,16 +372,16 @@ def floater_rates(m: FloaterSystem) -> None:
 @kernel
 def floater_loads(m: FloaterSystem, s: Outputs) -> None:
     """Loads of the water with added mass."""
-    p, J, K, x, first = m.platform, m.platform_columns, m.float_matrices, m.base_six, base_row(m)
+    p, J, K, x, first = m.platform, m.platform_columns, m.float_matrices, m.base_six, first_moving(m)
     for i in range(6):
         total = x[WATER_LOAD, i]
         for j in range(6):
-            for k in range(6):
+            for k in range(J.shape[0]):
                 total -= K[ADDED + i, j] * J[k, j] * m.a[first + k]
         x[WHOLE_LOAD, i] = total
     p.force, p.moment = six(WHOLE_LOAD, m)
     p.offset = sqrt(p.displacement.x * p.displacement.x + p.displacement.y * p.displacement.y)
-    p.tilt = tilt_of(m.base.orientation)
+    p.tilt = tilt_of(p.orientation)
 
 
 @dataclass(frozen=True)
@@ -528,6 +530,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         each[has].T for each in (some.place, some.axis, rho * some.drag, rho * some.plate)
     )
     fitted = [np.concatenate([each.real, each.imag], axis=1) for each in (radiation.input, radiation.output)]
+    hull = np.zeros((0, 6)) if rotor.tower.hull is None else rotor.tower.hull
     sizes = {"mode": len(radiation.pole), "line": len(platform.lines), "point": len(platform.points)}
     constants = {
         "floater": floater,
@@ -543,7 +546,8 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         "float_lines": np.zeros((0, 3)),
         "float_forces": np.zeros((HEADINGS, 0, 12)),
         **moving_base(rotor.tower, turbine.tower.top_mass),
-        "platform_columns": np.zeros((6, 6)),
+        "hull_shape": hull,
+        "platform_columns": np.zeros((len(hull) + 6, 6)),
         "base_six": np.zeros((7, 6)),
     }
     return FloaterPart(sizes, constants, c, radiation, platform)

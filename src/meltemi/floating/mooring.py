@@ -85,6 +85,7 @@ class LineLoad(Table, axes="line"):
     vertical: Numbers = number("N", "downward force at the upper end")
     fairlead: Numbers = number("N", "tension at the upper end")
     anchor: Numbers = number("N", "tension at the lower end")
+    pull: Vectors = xyz("N", "force on the fairlead, inertial axes")
 
 
 class LineEnd(Table, axes="line"):

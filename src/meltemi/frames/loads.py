@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.fingerprint import fingerprint
 from meltemi.frames.finite_elements import Assembly
-from meltemi.frames.recovery import recovery
+from meltemi.frames.recovery import Recovery, recovery
 from meltemi.frames.water import NOWHERE, Pieces, liquid_inside
 from meltemi.simulation.channels import Channel
 
@@ -137,38 +137,52 @@ class Loads:
         asked = sorted({channel.index[0] for channel in channels})
         row = {section: i for i, section in enumerate(asked)}
         sections = [self.sections[n] for n in asked]
-        a, p, k = self.assembly, self.pieces, len(self.below)
-        r = recovery(a, [(name, PLACES[place]) for name, place in sections])
-        count, m = 6 * len(sections), 3 * len(p.low)
-        result = np.zeros((m + 7 + 2 * k, count))
-        nodal = r.nodal[:count].reshape(count, -1, 6)
-        shapes = p.ends(a)
-        for n in range(len(p.low)):
-            if p.node[n] != NOWHERE:
-                result[3 * n : 3 * n + 3] = nodal[:, p.node[n], :3].T
-                continue
-            first, last = a.elements.nodes[p.element[n]]
-            result[3 * n : 3 * n + 3] = shapes[n, :, :6] @ nodal[:, first].T + shapes[n, :, 6:] @ nodal[:, last].T
-            for i in np.flatnonzero(r.element == p.element[n]):
-                result[3 * n : 3 * n + 3, 6 * i : 6 * i + 6] -= (r.cut[i] @ shapes[n].T).T
-        result[m : m + 6] = r.interface[:count].T
-        inertia = a.inertia(self.below)
-        joints = (a.mass @ self.below.reshape(k, -1).T).T.reshape(self.below.shape) - a.nodal(inertia)
-        result[m + 6 : m + 6 + k] = -r.loads(joints + a.nodal(inertia), inertia)[:, :count]
-        nodes, ends, _ = self._leaning(still)
-        result[m + 6 + k : -1] = r.loads(nodes + a.nodal(ends), ends)[:, :count]
-        nodes, ends = self.constant
-        result[-1] = r.loads(nodes + a.nodal(ends) + a.nodal(a.pretension), ends + a.pretension)[:count]
+        count = 6 * len(sections)
+        r = recovery(self.assembly, [(name, PLACES[place]) for name, place in sections])
+        result = self.by_basis(r, count, still)
         result = np.concatenate([result, result[:, 2::6]], axis=1)
         result[-1, count:] += [self._pressures(*section) for section in sections]
-        places = [i for i, _ in enumerate(COMPONENTS)]
         names = [name for name, _, _ in COMPONENTS]
-        assert len(places) == 7
         columns = [
             count + row[c.index[0]] if c.source[1] == "tension" else 6 * row[c.index[0]] + names.index(c.source[1])
             for c in channels
         ]
         return result[:, columns]
+
+    def by_basis(self, r: Recovery, count: int, still: Float) -> Float:
+        """(B, C) the first ``count`` loads of a recovery, those of sections, by the entries of the basis (F-25)."""
+        a = self.assembly
+        leaning, on_ends, _ = self._leaning(still)
+        nodes, ends = self.constant
+        return np.vstack(
+            [
+                self.of_pieces(r, count),
+                r.interface[:count].T,
+                -self.of_motion(r, self.below, count),
+                r.loads(leaning + a.nodal(on_ends), on_ends)[:, :count],
+                r.loads(nodes + a.nodal(ends) + a.nodal(a.pretension), ends + a.pretension)[None, :count],
+            ]
+        )
+
+    def of_pieces(self, r: Recovery, count: int) -> Float:
+        """(3 P, C) loads of sections by forces on the pieces."""
+        a, p = self.assembly, self.pieces
+        result, nodal, shapes = np.zeros((3 * len(p.low), count)), r.nodal[:count].reshape(count, -1, 6), p.ends(a)
+        for n in range(len(p.low)):
+            mine = slice(3 * n, 3 * n + 3)
+            if p.node[n] != NOWHERE:
+                result[mine] = nodal[:, p.node[n], :3].T
+                continue
+            first, last = a.elements.nodes[p.element[n]]
+            result[mine] = shapes[n, :, :6] @ nodal[:, first].T + shapes[n, :, 6:] @ nodal[:, last].T
+            for i in np.flatnonzero(r.element == p.element[n]):
+                result[mine, 6 * i : 6 * i + 6] -= (r.cut[i] @ shapes[n].T).T
+        return result
+
+    def of_motion(self, r: Recovery, acceleration: Float, count: int) -> Float:
+        """(k, C) loads of sections by the mass of the frame times accelerations (k, n, 6) of its nodes."""
+        a, flat = self.assembly, acceleration.reshape(len(acceleration), -1)
+        return r.loads((a.mass @ flat.T).T.reshape(acceleration.shape), a.inertia(acceleration))[:, :count]
 
     def _pressures(self, name: str, place: str) -> float:
         """[N] pressure of still water outside less that inside on the full sections of a member (F-42)."""

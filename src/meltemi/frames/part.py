@@ -349,6 +349,14 @@ def still_forces(p: Pieces, density: float, level: float, gravity: float) -> Flo
     return result
 
 
+def wave_forces(p: Pieces, acceleration: Float, pressure: Float) -> Float:
+    """(T, P, 3) [N] forces on pieces that do not move by acceleration (T, P, 3) and pressure (T, P) of waves (F-43)."""
+    along = (acceleration * p.axis).sum(axis=2)
+    axial = (p.along - p.inertial) * along + p.area * pressure
+    result: Float = p.inertial[:, None] * acceleration + axial[..., None] * p.axis
+    return result
+
+
 def in_water(
     loads: Loads, constants: dict[str, Float], sea: Sea, duration: float, origin: tuple[float, float], gravity: float
 ) -> dict[str, Float]:
@@ -372,11 +380,9 @@ def in_water(
         gravity=gravity,
         origin=origin,
     )
-    a, flow, surface = k.acceleration[:, :-1], k.velocity[:, :-1], k.elevation[:, :-1]
-    along = (a * p.axis).sum(axis=2)
-    axial = (p.along - p.inertial) * along + rho * gravity * p.area * k.pressure[:, :-1]
+    flow, surface = k.velocity[:, :-1], k.elevation[:, :-1]
     still = still_forces(p, rho, sea.level, gravity)
-    force = p.inertial[:, None] * a + axial[..., None] * p.axis + still
+    force = wave_forces(p, k.acceleration[:, :-1], rho * gravity * k.pressure[:, :-1]) + still
     if sea.current is not None:
         flow = flow + np.column_stack([sea.current.at(place[:, 2], depth), np.zeros(len(place))])
     moving = sea.stretching != "none"

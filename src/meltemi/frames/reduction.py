@@ -7,16 +7,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.threads import one_blas_thread
 from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
+from meltemi.frames.hull import afloat, by_added_mass, free_mass, rigid_motions
 from meltemi.frames.water import NOWHERE, added_mass, pieces
 from meltemi.sea.airy import GRAVITY
 from meltemi.sea.pile_beam import KINDS, first_frequency, grounded, strain_stiffness
@@ -27,6 +30,7 @@ from meltemi.structure.members import (
     LEAST_SHARE,
     ModalMember,
     NodeLayout,
+    on_foundation,
     pick_modes,
     tower_beam,
     tower_member,
@@ -35,6 +39,8 @@ from meltemi.turbine.definition import Foundation, Tower
 
 Float = NDArray[np.float64]
 
+HULL_MODES = 2
+"""Number of further modes in each direction of a floating frame, with which the tower's static deflection is right."""
 FIXED_MODES = 20
 """Number of modes of the frame with a fixed base that the modes of the assembly are made of."""
 
@@ -134,6 +140,7 @@ def supported_tower(
     layout: NodeLayout,
     *,
     given: bool = False,
+    platform: Any = None,
 ) -> ModalMember:
     """Modal member of tower and frame, whose mesh is the tower's.
 
@@ -144,29 +151,65 @@ def supported_tower(
 
     Args:
       tip_mass ... given: as for ``tower_member``.
+      platform: the platform of which the frame is the structure (``floating.platform.Platform``). Modes are then those
+        of the free platform, relative to a joint of it that moves with the base (F-71).
 
     Raises:
-      InputError: the frame is a mechanism.
+      InputError: the frame is a mechanism, has neither feet nor platform, or does not belong to the platform.
       UnsupportedError: modes or shapes that the tower does not have.
     """
-    assembly = assemble(frame, tower_base(frame, tower))
+    if platform is None and not frame.feet:
+        raise InputError("frame.feet: the frame has no feet; give some, or a platform on which it floats")
+    at = tower_base(frame, tower)
+    assembly = assemble(frame, at) if platform is None else afloat(frame, platform, at)
     alone = tower_member(tower, counts, tip_mass, None, layout, given=given)
+    if platform is not None:
+        counts = {kind: count + HULL_MODES * (kind != "torsion" and count > 0) for kind, count in counts.items()}
     mesh = beam_mesh(tower_beam(tower), alone.modes.z)
-    make = _given_on_frame if given else _natural
+    if given and platform is not None:
+        raise UnsupportedError("mode_shapes 'given': the frame floats; use computed mode shapes")
+    make = _given_on_frame if given else partial(_natural, platform)
     modes, names, below = make(assembly, alone, mesh, counts, tip_mass)
     dry = _product(modes.shape, mesh.mass) + _product(below, assembly.mass)
     modes = replace(modes, mass_alone=dry)
     second = second_order(modes)
     second[..., 2] += _base_lowering(assembly, below)[:, :, None]
     damping = _damping(frame, assembly, alone, mesh, modes, below)
-    modes = replace(modes, stiffness=modes.stiffness + GRAVITY * weight_stiffness(assembly, below))
-    return ModalMember(tuple(names), modes, damping, second, tower_beam(tower), below=below)
+    if platform is None:  # that of a floating frame is small, for the water carries it where it is
+        modes = replace(modes, stiffness=modes.stiffness + GRAVITY * weight_stiffness(assembly, below))
+    member = ModalMember(tuple(names), modes, damping, second, tower_beam(tower), below=below)
+    return member if platform is None else _on_platform(member, assembly, mesh, foundation)
+
+
+def _on_platform(member: ModalMember, assembly: Assembly, mesh: Mesh, foundation: Foundation | None) -> ModalMember:
+    """The member with the motions of its base, as of one rigid body, after its modes (F-71, F-73, F-74).
+
+    The platform's own equations have the inertia of the frame as a rigid body.
+    """
+    assert member.below is not None
+    base, water, n = on_foundation(member, mesh, foundation), pieces(assembly), len(member.names)
+    rigid = rigid_motions(assembly.points - assembly.points[-1])
+    product = rigid @ (assembly.mass @ member.below.reshape(n, -1).T)
+    assert base.momenta is not None
+    momenta, mass = base.momenta.copy(), base.modes.mass.copy()
+    momenta[:, :n] += product
+    mass[:n, :n] = member.modes.mass_alone
+    mass[n:, :n] += product
+    mass[:n, n:] += product.T
+    modes = replace(base.modes, mass=mass, mass_alone=mass)
+    hull = by_added_mass(water).mean(water.moved(assembly, member.below))
+    second = np.zeros_like(base.second)
+    second[:n, :n] = member.second
+    return replace(base, modes=modes, second=second, momenta=momenta, below=member.below, hull=hull)
 
 
 def _natural(
-    assembly: Assembly, alone: ModalMember, mesh: Mesh, counts: dict[str, int], tip_mass: Float
+    platform: Any, assembly: Assembly, alone: ModalMember, mesh: Mesh, counts: dict[str, int], tip_mass: Float
 ) -> tuple[Modes, list[str], Float]:
-    """Natural modes of the tower on the frame, their names, and shapes (k, n, 6) of the frame's nodes (F-18, F-19)."""
+    """Natural modes of the tower on the frame, their names, and shapes (k, n, 6) of the frame's nodes (F-18, F-19).
+
+    Those of a floating frame are its free ones, relative to its clamped joint (F-71).
+    """
     frame, water = reduced(assembly, FIXED_MODES), pieces(assembly)
     still = int(np.searchsorted(water.high, TOLERANCE))
     wet = frame.mass + added_mass(water, water.moved(assembly, frame.shapes), still)
@@ -178,19 +221,27 @@ def _natural(
     M[tower - 6 : tower, tower - 6 : tower] += tip_mass
     above = M[:tower, :tower].copy()
     M[np.ix_(joined, joined)] += wet
+    following: tuple[Any, Any] = np.zeros((tower + m, 0)), np.zeros((0, tower))
+    if platform is not None:
+        points = mesh.points + assembly.points[-1]
+        moving = free_mass(assembly, platform, points, above, frame.shapes)
+        led = -np.linalg.solve(moving[:, :6], moving[:, 6:])  # motion of the point, for the whole keeps its momentum
+        M += moving[:, 6:].T @ led
+        following = led.T, rigid_motions(points)
     square, columns = lowest_modes(G, M, 12 + 4 * sum(counts.values()) + m)
-    energy = np.einsum("ki,ij,kj->k", columns[:, :tower], above, columns[:, :tower])
+    motion = columns[:, :tower] + columns @ following[0] @ following[1]
+    energy = np.einsum("ki,ij,kj->k", motion, above, motion)
     some = np.flatnonzero(energy > LEAST_SHARE)  # others are of the frame's members
     shape = columns[some, :tower].reshape(len(some), -1, 6)
     identity = np.eye(len(some))
     natural = Modes(mesh.z, mesh.points, shape, np.diag(square[some]), identity, identity)
     wanted = {kind: (i, counts[key]) for i, (kind, key) in enumerate(zip(KINDS, counts, strict=True))}
     modes, names = pick_modes(natural, mesh, wanted)
-    # the frame's modes follow the base at the frequency of each mode
-    base, w2 = modes.shape[:, 0], modes.frequency**2
+    # the frame's modes follow the tower at the frequency of each mode
+    base, w2, flat = modes.shape[:, 0], modes.frequency**2, modes.shape.reshape(len(names), tower)
     own = [
-        np.linalg.solve(np.diag(frame.frequency**2) - w * wet[6:, 6:], w * wet[6:, :6] @ b)
-        for b, w in zip(base, w2, strict=True)
+        np.linalg.solve(np.diag(frame.frequency**2) - w * M[tower:, tower:], w * M[tower:, :tower] @ x)
+        for x, w in zip(flat, w2, strict=True)
     ]
     below = np.tensordot(np.hstack([base, np.array(own).reshape(len(base), m)]), frame.shapes, 1)
     return modes, names, below

@@ -253,7 +253,7 @@ def liquid_inside(assembly: Assembly) -> tuple[Float, Float]:
         mine, axis = np.flatnonzero(e.member == assembly.members.index(name)), (b - a) / np.linalg.norm(b - a)
         for i in mine:
             z = assembly.points[e.nodes[i], 2]
-            wet = np.clip((top - z.min()) / max(float(np.ptp(z)), 1e-9), 0.0, 1.0)
+            wet = np.clip((top - z.min() + 1e-9) / max(float(np.ptp(z)), 1e-9), 0.0, 1.0)  # full where it is level
             section = e.properties[i]
             assert section is not None
             line[i] = -wet * density * section.hole * (np.array([0.0, 0.0, 1.0]) - axis[2] * axis)

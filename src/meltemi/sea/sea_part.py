@@ -42,6 +42,17 @@ class SeaPart(Part):
         }
 
 
+@dataclass(frozen=True)
+class Joined(Part):
+    """The sea of a run for several parts."""
+
+    parts: tuple[Part, ...]
+
+    def arrays(self) -> dict[str, Any]:
+        """Arrays that replace those of still water."""
+        return {name: array for part in self.parts for name, array in part.arrays().items()}
+
+
 def steady_sea(model: Model[Any], sea: Sea) -> Model[Any]:
     """The model in water with level and current of a sea, and on a floating platform with the mean drift of its waves.
 
@@ -66,10 +77,10 @@ def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, 
     Raises:
       InputError: the turbine is not offshore, waves break, or the sea is too short.
     """
-    for part in model.parts:
-        if hasattr(part, "in_sea"):  # a floating platform
-            created: Part = part.in_sea(sea, duration, origin, model.environment.gravity)
-            return created
+    gravity = model.environment.gravity
+    own = [part.in_sea(sea, duration, origin, gravity) for part in model.parts if hasattr(part, "in_sea")]
+    if own:  # a frame, a floating platform, or both
+        return own[0] if len(own) == 1 else Joined(tuple(own))
     pile = next((part for part in model.parts if isinstance(part, PilePart)), None)
     if pile is None:
         raise InputError(
@@ -80,7 +91,6 @@ def sea_part(sea: Sea, model: Model[Any], duration: float, origin: tuple[float, 
     depth = support.depth + sea.level
     if depth <= 1.0:
         raise InputError(f"sea.level: {sea.level:g} m leaves {depth:g} m of water at a depth of {support.depth:g} m")
-    gravity = model.environment.gravity
     waves = sea.components(depth, duration, gravity)
     node = View(PileNode, pile.pile_nodes)
     z = node["height"] - sea.level

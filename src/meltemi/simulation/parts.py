@@ -143,13 +143,18 @@ class Part:
         return []
 
 
+def _has(turbine: Any, name: str) -> bool:
+    return getattr(turbine, name, None) is not None
+
+
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.electrical.part": lambda turbine, options: options.electrical != "ideal",
     "meltemi.sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
-    "meltemi.sea.pile": lambda turbine, options: getattr(turbine, "support", None) is not None,
-    "meltemi.frames.part": lambda turbine, options: getattr(turbine, "frame", None) is not None,
-    "meltemi.floating.lumped": lambda turbine, options: getattr(turbine, "platform", None) is not None,
+    "meltemi.sea.pile": lambda turbine, options: _has(turbine, "support"),
+    "meltemi.frames.part": lambda turbine, options: _has(turbine, "frame") and not _has(turbine, "platform"),
+    "meltemi.floating.lumped": lambda turbine, options: _has(turbine, "platform"),
+    "meltemi.frames.afloat": lambda turbine, options: _has(turbine, "frame") and _has(turbine, "platform"),
 }
 """Modules of parts, and whether a turbine with options has it; ``part_of(turbine, options, rotor)`` there makes it."""
 SEA = "meltemi.sea.sea_part"

@@ -86,6 +86,8 @@ class ModalMember:
       momenta: (6, k + 6) linear and angular momentum of a tower about its base, by unit rates of its modes on a base at
         rest and then of that base along and about x, y, z; None unless the base moves.
       below: (k, n, 6) shapes of the nodes of a frame below a tower; None without.
+      hull: (k, 6) mean motion of the hull of a flexible platform about its point by the modes that are not motions of
+        the base; None without.
     """
 
     names: tuple[str, ...]
@@ -95,6 +97,7 @@ class ModalMember:
     beam: Beam
     momenta: Float | None = None
     below: Float | None = None
+    hull: Float | None = None
 
     def second_at(self, z: Float) -> Float:
         """(k, k, m, 3) second-order displacements at coordinates ``z`` (m,)."""

@@ -157,6 +157,8 @@ def _members(
         for name, module in SUPPORTED.items():
             if (below := getattr(turbine, name)) is not None:
                 make = partial(import_module(module).supported_tower, below)
+        if turbine.frame is not None:
+            make = partial(make, platform=turbine.platform)
         tower: ModalMember = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
     return blade, pieces, tower
 
@@ -387,7 +389,7 @@ def _tower_matrix(tower: ModalMember, top_mass: float) -> Float:
 
 def _tower_weight(tower: ModalMember, top_mass: float) -> Float:
     result: Float = -np.einsum("n,kn->k", _lumps(tower, top_mass), tower.modes.shape[:, :, 2])
-    return result
+    return result if tower.hull is None else np.zeros_like(result)  # gravity acts on its momenta
 
 
 def _lumps(member: ModalMember, top_mass: float) -> Float:
