@@ -221,6 +221,18 @@ class Frame(Record):
     times far below."""
     source: str = ""
 
+    def check_beside(self, support: Any, platform: Any) -> None:
+        """Check that the tower stands on one thing, or floats.
+
+        Raises:
+          ValueError: there is a support, too, or feet and a platform, or neither.
+        """
+        if support is not None:
+            raise PlacedError("a tower stands on a frame or a support; remove one of them", "frame")
+        if bool(self.feet) == (platform is not None):
+            feet, what = ("has", "floats on a platform") if self.feet else ("has no", "does not float on a platform")
+            raise PlacedError(f"the frame {feet} feet, and the turbine {what}; give it either", "frame", "feet")
+
     def check_fit(self, tower: Tower, foundation: Foundation | None) -> None:
         """Check the fit to the tower.
 

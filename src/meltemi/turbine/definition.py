@@ -709,7 +709,8 @@ class Turbine(TurbineBase):
                     f"blade.aerodynamics.airfoil station {i + 1} names {name!r}, which is not among the airfoils: "
                     f"{did_you_mean(name, self.airfoils)}"
                 )
-        self._check_base()
+        if self.frame is not None:
+            self.frame.check_beside(self.support, self.platform)
         for below in self.substructures:
             below.check_fit(self.tower, self.foundation)
         if self.icing is not None:
@@ -719,19 +720,6 @@ class Turbine(TurbineBase):
         ordered(self, "cut_in", "cut_out", "m/s")
         above_ground(self.hub_height, self.rotor_radius)
         return self
-
-    def _check_base(self) -> None:
-        """The tower stands on one thing, or floats."""
-        frame = self.frame
-        if frame is None:
-            return
-        from meltemi.core.errors import PlacedError
-
-        if self.support is not None:
-            raise PlacedError("a tower stands on a frame or a support; remove one of them", "frame")
-        if bool(frame.feet) == (self.platform is not None):
-            feet, what = ("has", "floats on a platform") if frame.feet else ("has no", "does not float on a platform")
-            raise PlacedError(f"the frame {feet} feet, and the turbine {what}; give it either", "frame", "feet")
 
     @property
     def substructures(self) -> tuple[Support | Frame | Platform, ...]:
