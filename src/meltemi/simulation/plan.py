@@ -237,8 +237,7 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: S
             chosen.update(available)
             continue
         if "*" in name:
-            alike = fnmatch.filter(available, name)
-            if not alike:
+            if not (alike := fnmatch.filter(available, name)):
                 raise InputError(f"no channel is called {name!r}")
             chosen.update({each: available[each] for each in alike})
             continue
