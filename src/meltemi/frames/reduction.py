@@ -1,6 +1,6 @@
 """A frame reduced to the motion of the tower's base and a few modes, and one modal member of tower and frame.
 
-Reference: docs/theory/frames.md (F-15 to F-24).
+Reference: docs/theory/frames.md (F-15 to F-22).
 """
 
 from __future__ import annotations
