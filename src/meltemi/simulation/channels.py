@@ -187,9 +187,7 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
     if lower.startswith("pile_") or lower in {name.lower() for row in _rows("sea") for name in row[:2]}:
         hint = "only a turbine in the sea has it, with turbine.support" + " or turbine.frame" * (lower[:5] != "pile_")
     if lower.startswith("member_") and not any(name.startswith("member_") for name in channels):
-        hint = (
-            "section loads of members are those of runs of a turbine on a frame, such as nrel5mw-jacket"
-        )
+        hint = "section loads of members are those of runs of a turbine on a frame, such as nrel5mw-jacket"
     if lower in {row[0] for row in _rows("electrical")}:
         hint = "channels of the electrical system need options.electrical: averaged"
     raise UnknownNameError(f"no channel {name!r}: {hint}")
