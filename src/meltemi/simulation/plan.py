@@ -239,7 +239,7 @@ def choose(model: Model[Any], names: Sequence[str], stations: Stations, parts: S
         if "*" in name:
             if not (alike := fnmatch.filter(available, name)):
                 raise InputError(f"no channel is called {name!r}")
-            chosen.update({each: available[each] for each in alike})
+            chosen.update((each, available[each]) for each in alike)
             continue
         if name in DEFAULT and name not in available and (whole or name.endswith("_3")):
             continue  # blade 3 of a two-bladed turbine, or blades of a power-coefficient turbine
