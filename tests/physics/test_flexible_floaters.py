@@ -9,6 +9,7 @@ import meltemi
 from meltemi import SteadyWind, load_turbine
 from meltemi.simulation.result import Result
 
+pytestmark = pytest.mark.long  # machine code that no shorter test needs; signs are those of test_frames_floats
 MOTIONS = ("platform_surge", "platform_heave", "platform_pitch", "tower_base_moment_fore_aft")
 SECTIONS = ("member_main_4_end_moment_y", "member_pontoon_A_start_moment_x")
 

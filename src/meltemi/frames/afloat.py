@@ -4,7 +4,7 @@ The platform's part has the six motions and all loads of potential flow and line
 hull. This part adds what the modes feel besides: forces of still water and of waves on members, less their spread
 resultant, and the added mass of motion about the mean.
 
-Reference: docs/theory/frames.md (F-70 to F-79).
+Reference: docs/theory/frames.md (F-70 to F-76).
 """
 
 from __future__ import annotations

@@ -165,4 +165,4 @@ def power_curve(comparison: Comparison, channel: str = "generator_power") -> pd.
     speed = np.array([r.wind_speed * (r.air_density / STANDARD) ** (1.0 / 3.0) for r in comparison.records])
     table = pd.DataFrame({"speed": speed, "measured": measured, "simulated": mean_of_known(seeds)}).dropna()
     bins = table.groupby(np.floor(table["speed"] / BIN + 0.5))
-    return bins.mean().join(bins.sem(), rsuffix="_error").assign(records=bins.size())
+    return bins.mean().join(bins.sem().add_suffix("_error")).assign(records=bins.size())
