@@ -107,7 +107,9 @@ def test_the_decks_have_subdyns_summaries(name: str, case: str) -> None:
     def matrix(key: str) -> Any:
         rows = re.search(rf"^{key}:.*\n((?:  - .*\n){{6}})", text, re.MULTILINE)
         assert rows
-        return np.array([[float(x) for x in row[row.index("[") + 1 :].strip("], ").split(",")] for row in rows[1].splitlines()])
+        return np.array(
+            [[float(x) for x in row[row.index("[") + 1 :].strip("], ").split(",")] for row in rows[1].splitlines()]
+        )
 
     def hertz(key: str) -> Any:
         line = re.search(rf"^{key}:.*\n  - \[(.*),\]", text, re.MULTILINE)
