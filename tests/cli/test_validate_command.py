@@ -350,7 +350,7 @@ def test_report_tables_and_interruption(command: Command, tmp_path: Path, monkey
     assert (power["records"], power["seeds"]) == ("2", "2")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_statistics_of_a_right_and_a_wrong_model(command: Command, tmp_path: Path) -> None:
     """Nothing is outside for the model that made the table; power and thrust are with air that is 10 % too thin."""
     logger = {"one": {"time": {"column": "t", "form": "posix"}, "channels": statistics_channels()}}
