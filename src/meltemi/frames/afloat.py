@@ -233,12 +233,7 @@ class AfloatPart(Part):
 
     def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
         """Section loads of members, by a matrix from what the time loop records (F-76)."""
-        asked = [channel for channel in channels if channel.source[0] == "frame_section"]
-        if not asked:
-            return None
-        entry = "frame_basis", "value"
-        sources = [Channel(f"frame_basis_{i}", "", "-", "", "", "", entry, (i,)) for i in range(self.basis)]
-        return Derived(asked, sources, self.loads.of_members(asked, np.zeros((0, 3))))
+        return self.loads.derived(channels, range(self.basis), np.zeros((0, 3)))
 
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FrameSea:
         """The waves of a run on members, up to still water."""

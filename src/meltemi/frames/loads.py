@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from meltemi.core.fingerprint import fingerprint
 from meltemi.frames.finite_elements import Assembly
 from meltemi.frames.recovery import Recovery, recovery
-from meltemi.frames.water import NOWHERE, Pieces, liquid_inside
+from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside, liquid_of
 from meltemi.simulation.channels import Channel
+from meltemi.simulation.parts import Derived
 
 Float = NDArray[np.float64]
 
@@ -132,6 +133,14 @@ class Loads:
             on_nodes[:, self.pieces.node[n], 3:] += np.cross(self.shape[:, n], still[n])
         return on_nodes, on_ends, on_nodes[..., 3:].sum(axis=1) + on_ends[..., 3:].sum(axis=(1, 2))
 
+    def derived(self, channels: Sequence[Channel], used: Sequence[int], still: Float) -> Derived | None:
+        """Those of the channels of a run that are section loads, by the entries ``used`` of the basis; None without."""
+        asked = [channel for channel in channels if channel.source[0] == "frame_section"]
+        if not asked:
+            return None
+        sources = [Channel(f"frame_basis_{i}", "", "-", "", "", "", ("frame_basis", "value"), (i,)) for i in used]
+        return Derived(asked, sources, self.of_members(asked, still)[used])
+
     def of_members(self, channels: Sequence[Channel], still: Float) -> Float:
         """(B, R) the loads of channels of sections."""
         asked = sorted({channel.index[0] for channel in channels})
@@ -189,20 +198,18 @@ class Loads:
         frame, member = self.assembly.frame, self.assembly.frame.members[name]
         if member.kind != "beam":
             return 0.0
-        from meltemi.frames.water import beams, grown, inner_surface
-
         _, _, a, b, diameter = next(each for each in beams(frame) if each[0] == name)
         s = PLACES[place]
         z = float(a[2] + s * (b[2] - a[2]))
         outside = inside = 0.0
         if -frame.depth <= z < 0.0:
             outside = -z * frame.water_density * 0.25 * np.pi * (diameter(s) + 2.0 * grown(frame, z)) ** 2
-        top, density = inner_surface(member, np.array([a[2], b[2]]))
-        if top is not None and z < top:
+        liquid = liquid_of(frame, member)
+        if liquid is not None and z < liquid[0]:
             mine = np.flatnonzero(self.assembly.elements.member == self.assembly.members.index(name))
             section = self.assembly.elements.properties[mine[min(int(s * len(mine)), len(mine) - 1)]]
             assert section is not None
-            inside = (top - z) * (frame.water_density if member.flooded else density) * section.hole
+            inside = (liquid[0] - z) * liquid[1] * section.hole
         return self.gravity * (outside - inside)
 
 

@@ -265,9 +265,6 @@ class FramePart(Part):
     """Frame of a model, in still water.
 
     Attributes:
-      frame: description.
-      pieces: pieces of its members.
-      shape: (k, n, 6) modes at the nodes of its finite elements.
       loads: what its section loads follow from.
       constants: arrays of the records.
     """
@@ -311,14 +308,10 @@ class FramePart(Part):
 
     def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
         """Section loads of members, by a matrix from what the time loop records (F-27)."""
-        asked = [channel for channel in channels if channel.source[0] == "frame_section"]
-        if not asked:
-            return None
         water = next((part.water for part in parts if isinstance(part, FrameSea)), self.constants)["water"]
         count, wet = len(self.constants["frame_whole"]), 3 * int(View(FrameWater, water)["wet"])
         used = [*range(wet), *range(3 * len(self.loads.pieces.low), count)]
-        sources = [Channel(f"frame_basis_{i}", "", "-", "", "", "", ("frame_basis", "value"), (i,)) for i in used]
-        return Derived(asked, sources, self.loads.of_members(asked, self.still)[used])
+        return self.loads.derived(channels, used, self.still)
 
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FrameSea:
         """The sea of a run.

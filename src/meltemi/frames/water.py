@@ -114,9 +114,7 @@ def beams(frame: Frame) -> Iterator[tuple[str, Member, Float, Float, Callable[[f
     for name, member in frame.members.items():
         if member.kind == "beam":
             a, b = (frame.joints[joint] for joint in member.joints)
-            first, last = (
-                frame.sections[each].breadth for each in (member.section, member.end_section or member.section)
-            )
+            first, last = (each.breadth for each in sections_of(frame, member))
             yield name, member, a, b, lambda s, first=first, last=last: first + s * (last - first)  # type: ignore[misc]
 
 
@@ -230,11 +228,14 @@ def added_mass(p: Pieces, shape: Float, deep: int) -> Float:
     return result
 
 
-def inner_surface(member: Member, ends: Float) -> tuple[float | None, float]:
-    """Height [m] of the surface of the liquid inside a member with ends at heights (2,), None without; 0 if flooded."""
+def liquid_of(frame: Frame, member: Member) -> tuple[float, float] | None:
+    """Height [m] of the surface of the liquid inside a member, and its density [kg/m^3]; None without liquid."""
     if member.flooded:
-        return 0.0, 0.0
-    return (None, 0.0) if member.filled_to is None else (min(member.filled_to, float(ends.max())), member.fill_density)
+        return 0.0, frame.water_density
+    if member.filled_to is None:
+        return None
+    top = max(float(frame.joints[joint][2]) for joint in member.joints)
+    return min(member.filled_to, top), member.fill_density
 
 
 def liquid_inside(assembly: Assembly) -> tuple[Float, Float]:
@@ -246,10 +247,9 @@ def liquid_inside(assembly: Assembly) -> tuple[Float, Float]:
     frame, e = assembly.frame, assembly.elements
     nodes, line = np.zeros((len(assembly.points), 6)), np.zeros((len(e.length), 3))
     for name, member, a, b, _ in beams(frame):
-        top, density = inner_surface(member, np.array([a[2], b[2]]))
-        if top is None:
+        if (liquid := liquid_of(frame, member)) is None:
             continue
-        density = frame.water_density if member.flooded else density
+        top, density = liquid
         mine, axis = np.flatnonzero(e.member == assembly.members.index(name)), (b - a) / np.linalg.norm(b - a)
         for i in mine:
             z = assembly.points[e.nodes[i], 2]
