@@ -149,6 +149,8 @@ def _has(turbine: Any, name: str) -> bool:
 
 PARTS: dict[str, Callable[[Any, Any], bool]] = {
     "meltemi.electrical.part": lambda turbine, options: options.electrical != "ideal",
+    "meltemi.vortex.near_wake": lambda turbine, options: options.wake == "near",
+    "meltemi.vortex.part": lambda turbine, options: options.wake in ("hybrid", "free"),
     "meltemi.sea.mass_dampers": lambda turbine, _: any(d.span is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.blade_dampers": lambda turbine, _: any(d.height is None for d in getattr(turbine, "mass_dampers", ())),
     "meltemi.sea.pile": lambda turbine, options: _has(turbine, "support"),

@@ -70,7 +70,7 @@ def aero_options(options: ModelOptions) -> NDArray[np.int64]:
     """Options of the aerodynamics as integers."""
     array, advanced = np.zeros(len(AeroOptions), dtype=np.int64), options.advanced
     chosen = {
-        "wake": ("none", "momentum").index(options.wake),
+        "wake": int(options.wake != "none"),
         "high_induction": ("none", "buhl", "madsen").index(advanced.high_induction),
         "skew": ("none", "glauert").index(options.skew),
         "inflow": number(variants.InflowModel, options.inflow),
