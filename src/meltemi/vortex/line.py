@@ -9,12 +9,17 @@ from __future__ import annotations
 
 from meltemi.aero.lifting_line import induced_velocities, static_circulation
 from meltemi.compiler import Rot, Vec, kernel, whole
-from meltemi.maths.vectors import dot
+from meltemi.maths.vectors import dot, norm
 from meltemi.vortex.filaments import filament
 from meltemi.vortex.tables import VortexSystem, WakeZone
 
 LATEST, FIRST_GUESS = 1.5, 0.25
 """Share of a step of the wake up to which its velocities are extrapolated; induction factor before there is a wake."""
+INSET = 0.125
+"""Distance of the outermost vortex from the end of the blade, over the width of the element: with circulation that ends
+like the square root of the distance it makes lift and induced drag of second order in the width."""
+PIECES = 3
+"""Filaments of a vortex from the blade to the youngest row, shorter towards the blade: they leave it as the arc does."""
 
 
 @kernel
@@ -104,21 +109,25 @@ def factorise(m: VortexSystem, b: int) -> None:
 
 
 @kernel
-def influence(m: VortexSystem, turn: Rot, b: int) -> None:
+def influence(m: VortexSystem, turn: Rot, b: int, age: float) -> None:
     """Influence of the bound vortices of a blade, and of the panels from them to the youngest row (VW-7).
 
     Args:
       turn: rotation of the rotor until the end of the step of the wake.
+      age: [s] of the youngest row.
     """
     A, Q, p, zone, n = m.bound_influence, turn @ root_axes(m, b), m.vortex, m.wake_1, m.line.nodes
     core, closed = whole(p.core), p.shed < 1.0
     for i in range(n):
-        x = moved(m, turn, m.line.position[b, i])
+        x = moved(m, turn, control_point(m, b, i))
         for j in range(n):
             A.after[b, i, j] = Vec(0.0, 0.0, 0.0)
         for e in range(n + 1):  # the vortices that leave both ends of the elements
             begin, row = moved(m, turn, line_end(m, b, e)), zone.position[b, 0, e]
-            u = into(Q, filament(x, begin, row, core2_at(zone, m, b, 0, e, p.blade_core, 0.0), core))
+            core2, u = core2_at(zone, m, b, 0, e, p.blade_core, 0.0), Vec(0.0, 0.0, 0.0)
+            for k in range(PIECES):
+                u += filament(x, arc_point(m, begin, row, age, k), arc_point(m, begin, row, age, k + 1), core2, core)
+            u = into(Q, u)
             if e > 0:
                 A.after[b, i, e - 1] += u
             if e < n:
@@ -143,8 +152,41 @@ def core2_at(zone: WakeZone, m: VortexSystem, b: int, r: int, e: int, factor: fl
 
 @kernel
 def line_end(m: VortexSystem, b: int, e: int) -> Vec:
-    """Position [m] of the inner end of element ``e``, or of the outer end of the last one."""
-    return m.line.inner_end[b, e] if e < m.line.nodes else m.line.outer_end[b, e - 1]
+    """Position [m] of the inner end of the bound vortex of element ``e``, or of the outer end of the last one."""
+    line, last = m.line, m.line.nodes - 1
+    if e == 0:
+        return line.inner_end[b, 0] + INSET * (line.outer_end[b, 0] - line.inner_end[b, 0])
+    if e > last:
+        return line.outer_end[b, last] + INSET * (line.inner_end[b, last] - line.outer_end[b, last])
+    return line.inner_end[b, e]
+
+
+@kernel
+def arc_point(m: VortexSystem, begin: Vec, row: Vec, age: float, k: int) -> Vec:
+    """Position [m] of end ``k`` of the filaments between the bound vortex and the youngest row, on an arc about the shaft."""
+    f, angle = (k / PIECES) ** 2, age * m.machine.rotor_speed
+    d, s = begin - m.machine.hub_position, m.machine.shaft
+    return begin + f * (row - begin) + (0.5 * angle * angle * f * (1.0 - f)) * (d - dot(d, s) * s)
+
+
+@kernel
+def control_point(m: VortexSystem, b: int, i: int) -> Vec:
+    """Position [m] where the velocity of an element is computed (VW-5).
+
+    Where the elements become narrower it is not the middle: it is where it would be if their ends were the cosines of
+    equal angles (van Garrel 2003, sec. 4.3).
+    """
+    inner, outer = m.line.inner_end[b, i], m.line.outer_end[b, i]
+    w = norm(outer - inner)
+    before = norm(inner - m.line.inner_end[b, i - 1]) if i > 0 else 0.0
+    after = norm(m.line.outer_end[b, i + 1] - outer) if i < m.line.nodes - 1 else 0.0
+    if i == 0:
+        share = w / (w + after)
+    elif i == m.line.nodes - 1:
+        share = before / (before + w)
+    else:
+        share = 0.25 * (1.0 + before / (before + w) + w / (w + after))
+    return inner + share * (outer - inner)
 
 
 @kernel

@@ -93,7 +93,7 @@ class VortexPart(InductionPart):
         """Parameters and work arrays."""
         p, n = VortexParameters(self.vortex), len(self.line_ends) - 1
         counts = [z["blade"] * z["age"] * (2 * z["edge"] - 1) for z in self.zones()]
-        filaments = (sum(counts) + self.n_blades * (3 * n + 1)) * (2 if p.ground else 1)
+        filaments = (sum(counts) + self.n_blades * (2 * n + (n + 1) * line.PIECES)) * (2 if p.ground else 1)
         return {
             **super().arrays(),
             "vortex": self.vortex.copy(),

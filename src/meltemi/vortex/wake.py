@@ -13,7 +13,7 @@ from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross, dot, norm
 from meltemi.simulation.induction import advance_induction, induction_step
 from meltemi.vortex.filaments import TINY, induced, store
-from meltemi.vortex.line import core2_at, factorise, influence, into, line_end, moved, root_axes
+from meltemi.vortex.line import PIECES, arc_point, control_point, core2_at, factorise, influence, into, line_end, moved, root_axes
 from meltemi.vortex.tables import VortexSystem, WakeDrift, WakeZone
 from meltemi.wind.velocity import wind_velocity
 
@@ -290,14 +290,16 @@ def store_wake(s: Any, m: VortexSystem, factor: float, age: float, step: float) 
 
 
 @kernel
-def store_blade(s: Any, j: int, m: VortexSystem, turn: Rot, b: int, factor: float) -> int:
-    """Store the bound vortices of a blade, and of the panels from them to the youngest row; the next column."""
+def store_blade(s: Any, j: int, m: VortexSystem, turn: Rot, b: int, factor: float, age: float) -> int:
+    """Store the bound vortices of a blade, and of the panels from them to the youngest row, ``age`` [s]; the next column."""
     zone, p, G, n = m.wake_1, m.vortex, m.bound.circulation, m.line.nodes
     for e in range(n + 1):
         begin = moved(m, turn, line_end(m, b, e))
         strength = (G[b, e - 1] if e > 0 else 0.0) - (G[b, e] if e < n else 0.0)
         core2 = core2_at(zone, m, b, 0, e, factor, 0.0)
-        j = put(s, j, m, begin, zone.position[b, 0, e], strength, core2)
+        row = zone.position[b, 0, e]
+        for k in range(PIECES):
+            j = put(s, j, m, arc_point(m, begin, row, age, k), arc_point(m, begin, row, age, k + 1), strength, core2)
         if e < n:
             end = moved(m, turn, line_end(m, b, e + 1))
             j = put(s, j, m, begin, end, G[b, e], factor * factor * dot(end - begin, end - begin))
@@ -360,7 +362,7 @@ def store_present(m: VortexSystem) -> int:
     step, state.step = state.step, 0.0  # the blades are where they are
     count = store_wake(s, m, factor, 0.0, step)
     for b in range(m.line.blades):
-        count = store_blade(s, count, m, rotation(Vec(0.0, 0.0, 0.0)), b, factor)
+        count = store_blade(s, count, m, rotation(Vec(0.0, 0.0, 0.0)), b, factor, 0.0)
     state.step = step
     return count
 
@@ -448,13 +450,13 @@ def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
         Q, last = turn @ root_axes(m, b), count
         for c in range(m.line.blades):
             if c != b:
-                last = store_blade(s, last, m, turn, c, p.blade_core)
+                last = store_blade(s, last, m, turn, c, p.blade_core, step)
         for i in range(m.line.nodes):
-            x = moved(m, turn, m.line.position[b, i])
+            x = moved(m, turn, control_point(m, b, i))
             m.wake_point[0], m.wake_point[1], m.wake_point[2] = x.x, x.y, x.z
             u, v, w = induced(m.wake_point, s, 0, last, whole(p.core))
             bound.after[b, i] += share * (into(Q, Vec(u, v, w)) - bound.after[b, i])
-        influence(m, turn, b)
+        influence(m, turn, b, step)
         factorise(m, b)
 
 
