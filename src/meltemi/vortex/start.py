@@ -26,8 +26,8 @@ from meltemi.vortex.wake import (
     wake_step,
 )
 
-SHARE = 0.5
-"""Share of the change of the velocities in a sweep."""
+SHARE, SLOWER = 0.5, 8.0
+"""Share of the change of the velocities in the first sweeps; number of sweeps after which it falls, like one over theirs."""
 
 
 @settle_induction.variant
@@ -35,17 +35,19 @@ SHARE = 0.5
 def _(m: VortexSystem) -> None:
     state, bound, A = m.vortex_state, m.bound, m.bound_influence
     step = state.step = wake_step(m)
+    state.turn += 1.0
+    share = SHARE * min(SLOWER / state.turn, 1.0)
     if state.rows_1 < 1.0:
         guess(m.drift_1, m, step, 0.0)
         guess(m.drift_2, m, step * m.vortex.merge_2, step * m.vortex.panels_1)
     build(m, step)
     count = store_present(m)
     for r in range(whole(state.rows_1)):
-        refresh(m.wake_1, m.drift_1, m, 1, r, count, SHARE)
+        refresh(m.wake_1, m.drift_1, m, 1, r, count, share)
     for r in range(whole(state.rows_2)):
-        refresh(m.wake_2, m.drift_2, m, 2, r, count, SHARE)
+        refresh(m.wake_2, m.drift_2, m, 2, r, count, share)
     state.step = 0.0  # the blades are where they are
-    at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, SHARE)
+    at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, share)
     for b in range(m.line.blades):
         for i in range(m.line.nodes):
             bound.before[b, i] = bound.after[b, i]
@@ -74,9 +76,9 @@ def build(m: VortexSystem, step: float) -> None:
     shed_row(m)
     state.rows_1, state.rows_2, state.rows_3 = p.panels_1 + 1.0, p.panels_2 + 1.0, p.panels_3 + 1.0
     trace(m.wake_1, m.drift_1, m, step, whole(state.rows_1), 1)
-    merge(m.wake_1, m.wake_2, whole(p.panels_1) - 1, 1)
+    merge(m.wake_1, m.wake_2, whole(p.panels_1), 1)
     trace(m.wake_2, m.drift_2, m, step * p.merge_2, whole(state.rows_2), 0)
-    merge(m.wake_2, m.wake_3, whole(p.panels_2) - 1, 1)
+    merge(m.wake_2, m.wake_3, whole(p.panels_2), 1)
     last, mean = whole(p.panels_2), 0.0
     for e in range(m.drift_2.edges):
         mean += m.drift_2.axial[last, e] / m.drift_2.edges
