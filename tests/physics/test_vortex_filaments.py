@@ -36,7 +36,9 @@ def test_a_segment_with_each_core(name: str) -> None:
     for p, expected in zip(AT, SEGMENT[name], strict=True):
         u = filament(Vec(*p), *ends, 0.04, core)
         assert (u.x, u.y, u.z) == pytest.approx((0.0, expected, 0.0), abs=1e-8)
-        assert induced(np.array(p), stored(*ends, core, 0.2), 0, 1, core) == pytest.approx((0.0, expected, 0.0), abs=1e-8)
+        assert induced(np.array(p), stored(*ends, core, 0.2), 0, 1, core) == pytest.approx(
+            (0.0, expected, 0.0), abs=1e-8
+        )
         single = induced(np.array(p, np.float32), stored(*ends, core, 0.2, np.float32), 0, 1, core)
         assert single == pytest.approx((0.0, expected, 0.0), rel=1e-4, abs=1e-7)
 

@@ -77,13 +77,41 @@ def cylinder(r: float, z: float) -> tuple[float, float]:
 
 
 def helices(blades: int, pitch: float, r: float) -> float:
-    """Axial velocity of endless helices of unit radius and circulation, on the ray through one of them (Hardin 1982)."""
-    l = pitch / (2.0 * pi)
+    """Axial velocity of endless helices of unit radius and circulation, on the ray to one of them (Hardin 1982)."""
+    advance = pitch / (2.0 * pi)
     m = np.arange(1, 400) * float(blades)
-    x, y = m * min(r, 1.0) / l, m * max(r, 1.0) / l
+    x, y = m * min(r, 1.0) / advance, m * max(r, 1.0) / advance
     inner = r < 1.0
     f, g, z = (ive, kve, y) if inner else (kve, ive, x)  # one function at r, the slope of the other at the helix
     sign = -1.0 if inner else 1.0
     slope = sign * 0.5 * (g(m - 1.0, z) + g(m + 1.0, z))
     waves = float((m * f(m, x if inner else y) * slope * np.exp(x - y)).sum())
-    return blades * ((1.0 / pitch if inner else 0.0) - waves / (pi * l * l))
+    return blades * ((1.0 / pitch if inner else 0.0) - waves / (pi * advance**2))
+
+
+def goldstein(x: Float, advance: float, blades: int = 3, panels: int = 60) -> Float:
+    """G = blades x circulation / (pitch x w) of the rotor whose far wake moves like a rigid screw with the speed w.
+
+    Normal velocities of endless helices, by Wrench's approximation of Kawada's series (Okulov 2004), on helicoids of
+    constant circulation in cosine spacing.
+
+    Args:
+      x: radii over that of the rotor.
+      advance: pitch of the wake over its circumference.
+    """
+    ends = 0.5 * (1.0 - np.cos(np.linspace(0.0, pi, panels + 1)))
+    ends[0] = 1e-4
+    angle = np.linspace(0.0, pi, panels + 1)
+    points = 0.5 * (1.0 - np.cos(0.5 * (angle[:-1] + angle[1:])))
+    r, r0 = np.meshgrid(points, ends, indexing="ij")
+    s, s0, pitch = np.hypot(advance, r), np.hypot(advance, r0), 2.0 * pi * advance
+    log = np.log(r / r0 * (advance + s0) / (advance + s)) + (s - s0) / advance
+    c1 = advance / 24.0 * ((3.0 * r**2 - 2.0 * advance**2) / s**3 + (2.0 * advance**2 + 9.0 * r0**2) / s0**3)
+    decay = np.exp(-blades * np.abs(log))
+    near = (
+        np.sqrt(s0 / s) / pitch * (np.where(r < r0, 1.0, -1.0) * decay / (1.0 - decay) - c1 / blades * np.log1p(-decay))
+    )
+    axial = near + np.where(r < r0, 1.0 / pitch, 0.0)
+    normal = blades * (axial * r - advance**2 / r * (1.0 / pitch - axial)) / s  # of unit circulation that leaves at r0
+    G = np.linalg.solve(normal[:, 1:] - normal[:, :-1], points / np.hypot(points, advance))
+    return np.asarray(np.interp(x, np.r_[0.0, points, 1.0], np.r_[G[0], G, 0.0]) * blades / pitch)
