@@ -56,7 +56,7 @@ def test_an_elliptical_wing(turbine: Turbine, n: int, lift: float, drag: float) 
 
 @pytest.mark.parametrize(("lattice", "tolerance"), [(0.5, 0.007), (2.0, 0.004)])
 def test_the_rotor_of_prandtl_and_goldstein(turbine: Turbine, lattice: float, tolerance: float) -> None:
-    """Optimum circulation: its wake moves like a rigid screw, half as fast at the blades, from 0.1 to 0.9 of the radius."""
+    """Optimum circulation: its wake moves like a rigid screw, half as fast at the blades; between 0.1 and 0.9 R."""
     nodes, R, advance, w, step = 20, 60.0, 1.0 / 8.0, 1.0, np.radians(10.0)
     case = by_hand(turbine, nodes=nodes, lattice=lattice)
     speed = WIND / (advance * R)
@@ -102,7 +102,7 @@ def shed(case: Case, circulations: Float, way: float) -> None:
 
 
 def test_vortices_end_nowhere(turbine: Turbine) -> None:
-    """Helmholtz: with any history of circulations what flows into the end of a filament leaves it, but at the oldest row."""
+    """Helmholtz: with any history of lift, what flows into the end of a filament leaves it; not at the oldest row."""
     case = wing(turbine, 0.5 * SPAN * spaced(8), shed=0.0)
     history = np.random.default_rng(1).uniform(-1.0, 2.0, (6, 8))
     shed(case, history, 6.0)
@@ -191,7 +191,7 @@ def orbit(turbine: Turbine, steps: int) -> float:
 
 
 def test_motion_is_of_second_order(turbine: Turbine) -> None:
-    """Two vortices of one sign: their turn, circulation over pi times the square of the distance, converges with the step."""
+    """Two vortices of one sign: the rate of their turn is the circulation over pi times the square of their distance."""
     exact = 10.0 / (np.pi * 10.0**2) * TIME
     errors = np.array([orbit(turbine, steps) for steps in (3, 6, 12)]) - exact
     print(errors / exact)
@@ -246,7 +246,7 @@ def test_the_start_of_lift(turbine: Turbine) -> None:
 
 
 def turning(turbine: Turbine, wake: str = "hybrid", **vortices: Any) -> tuple[Case, float]:
-    """A rotor of constant circulation with its wake, and the mean induced velocity [m/s] in the middle of the blades."""
+    """A rotor of constant circulation with its wake, and the mean induced velocity [m/s] in the middle of a blade."""
     case = by_hand(turbine, wake, nodes=10, **vortices)
     turn(case, WIND, 1.0)
     place(case, radial(np.linspace(2.0, 60.0, 11)))

@@ -13,7 +13,18 @@ from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross, dot, norm
 from meltemi.simulation.induction import advance_induction, induction_step
 from meltemi.vortex.filaments import TINY, induced, store
-from meltemi.vortex.line import PIECES, arc_point, control_point, core2_at, factorise, influence, into, line_end, moved, root_axes
+from meltemi.vortex.line import (
+    PIECES,
+    arc_point,
+    control_point,
+    core2_at,
+    factorise,
+    influence,
+    into,
+    line_end,
+    moved,
+    root_axes,
+)
 from meltemi.vortex.tables import VortexSystem, WakeDrift, WakeZone
 from meltemi.wind.velocity import wind_velocity
 
