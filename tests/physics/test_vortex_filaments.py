@@ -170,6 +170,5 @@ def test_helices_become_a_cylinder_with_their_number() -> None:
         u = velocity(np.stack([r, 0.0 * r, 0.0 * r], axis=1), *sources)[:, 2]
         u += [mean * cylinder(x, -12.0 * pitch)[1] for x in r]
         spread.append(np.abs(u - 0.5 * mean).max())
-    print(spread)
     assert all(fine < 0.6 * coarse for coarse, fine in pairwise(spread))
     assert spread[-1] < 0.01
