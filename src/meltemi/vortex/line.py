@@ -19,7 +19,7 @@ INSET = 0.125
 """Distance of the outermost vortex from the end of the blade, over the width of the element: with circulation that ends
 like the square root of the distance it makes lift and induced drag of second order in the width."""
 PIECES = 3
-"""Filaments of a vortex from the blade to the youngest row, shorter towards the blade: they leave it as the arc does."""
+"""Filaments of a vortex from the blade to the youngest row, shorter near the blade: they leave it as the arc does."""
 
 
 @kernel
@@ -163,7 +163,7 @@ def line_end(m: VortexSystem, b: int, e: int) -> Vec:
 
 @kernel
 def arc_point(m: VortexSystem, begin: Vec, row: Vec, age: float, k: int) -> Vec:
-    """Position [m] of end ``k`` of the filaments between the bound vortex and the youngest row, on an arc about the shaft."""
+    """Position [m] of end ``k`` of the filaments between bound vortex and youngest row, on an arc about the shaft."""
     f, angle = (k / PIECES) ** 2, age * m.machine.rotor_speed
     d, s = begin - m.machine.hub_position, m.machine.shaft
     return begin + f * (row - begin) + (0.5 * angle * angle * f * (1.0 - f)) * (d - dot(d, s) * s)

@@ -27,7 +27,7 @@ from meltemi.vortex.wake import (
 )
 
 SHARE, SLOWER = 0.5, 8.0
-"""Share of the change of the velocities in the first sweeps; number of sweeps after which it falls, like one over theirs."""
+"""Share of the change of the velocities in the first sweeps; number after which it falls, like one over theirs."""
 NEAR = 0.02
 """Relative change of loading and speed up to which the wake stays."""
 

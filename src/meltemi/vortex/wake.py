@@ -302,7 +302,7 @@ def store_wake(s: Any, m: VortexSystem, factor: float, age: float, step: float) 
 
 @kernel
 def store_blade(s: Any, j: int, m: VortexSystem, turn: Rot, b: int, factor: float, age: float) -> int:
-    """Store the bound vortices of a blade, and of the panels from them to the youngest row, ``age`` [s]; the next column."""
+    """Store the bound vortices of a blade, and those from it to the youngest row, ``age`` [s]; the next column."""
     zone, p, G, n = m.wake_1, m.vortex, m.bound.circulation, m.line.nodes
     for e in range(n + 1):
         begin = moved(m, turn, line_end(m, b, e))
