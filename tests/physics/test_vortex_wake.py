@@ -54,9 +54,9 @@ def test_an_elliptical_wing(turbine: Turbine, n: int, lift: float, drag: float) 
     assert -2.0 * (G * w * width).sum() / (WIND**2 * area) == pytest.approx(exact**2 / (np.pi * ASPECT), rel=drag)
 
 
-@pytest.mark.parametrize(("lattice", "tolerance"), [(0.5, 0.007), (2.0, 0.004)])
+@pytest.mark.parametrize(("lattice", "tolerance"), [(0.5, 0.008), (2.0, 0.003)])
 def test_the_rotor_of_prandtl_and_goldstein(turbine: Turbine, lattice: float, tolerance: float) -> None:
-    """Optimum circulation: its wake moves like a rigid screw, half as fast at the blades; between 0.1 and 0.9 R."""
+    """Optimum circulation: its wake moves like a rigid screw, half as fast at the blades; between 0.1 and 0.85 R."""
     nodes, R, advance, w, step = 20, 60.0, 1.0 / 8.0, 1.0, np.radians(10.0)
     case = by_hand(turbine, nodes=nodes, lattice=lattice)
     speed = WIND / (advance * R)
@@ -71,7 +71,7 @@ def test_the_rotor_of_prandtl_and_goldstein(turbine: Turbine, lattice: float, to
     around = u[2] * np.cos(azimuth) - u[1] * np.sin(azimuth)
     flow = np.arctan2(advance, x)
     normal = (u[0] * np.cos(flow) + around * np.sin(flow)) / np.cos(flow)
-    inside = (x > 0.1) & (x < 0.9)
+    inside = (x > 0.1) & (x < 0.85)
     np.testing.assert_allclose(normal[:, inside], -0.5 * w, rtol=tolerance)
     assert np.ptp(normal, axis=0).max() < 1e-12  # blades alike
     np.testing.assert_array_less(around, 0.0)  # the wake turns against the rotor
@@ -304,11 +304,13 @@ def test_sizes_of_the_zones(turbine: Turbine) -> None:
     assert sizes(length=30.0) == (18, 42, 156)
 
 
-def test_longer_wakes_slow_the_wind_more(turbine: Turbine) -> None:
-    """Towards that of the vortex cylinder; finer rows and later zones change little."""
+def test_the_velocity_in_a_vortex_cylinder(turbine: Turbine) -> None:
+    """Half of that far behind, for a wake of any length, which a cylinder closes; finer rows and zones change little."""
     exact = -3.0 * 40.0 / (2.0 * 2.0 * np.pi * WIND)
     short, usual, long = (turning(turbine, length=length)[1] for length in (4.0, 20.0, 40.0))
-    assert 0.0 > short > usual > long
+    assert short != usual
+    assert short == pytest.approx(long, rel=0.015)
+    assert usual == pytest.approx(long, rel=0.001)
     assert long == pytest.approx(exact, rel=0.01)
     for vortices in ({"azimuth_step": np.radians(5.0)}, {"lattice": 1.0}, {"free": 8.0}):
         changed = turning(turbine, **vortices)[1]

@@ -119,8 +119,9 @@ def build(m: VortexSystem, step: float) -> None:
     trace(m.wake_2, m.drift_2, m, step * p.merge_2, whole(state.rows_2), 0)
     merge(m.wake_2, m.wake_3, whole(p.panels_2), 1)
     last, mean = whole(p.panels_2), 0.0
-    for e in range(m.drift_2.edges):
-        mean += m.drift_2.axial[last, e] / m.drift_2.edges
+    half = m.drift_2.edges // 2
+    for e in range(half, m.drift_2.edges):
+        mean += m.drift_2.axial[last, e] / half
     for r in range(m.drift_3.ages):
         for e in range(m.drift_3.edges):
             m.drift_3.axial[r, e] = mean

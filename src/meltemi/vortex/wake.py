@@ -5,7 +5,7 @@ Reference: docs/theory/vortices.md (VW-9 to VW-20).
 
 from __future__ import annotations
 
-from math import sin, sqrt
+from math import pi, sin, sqrt
 from typing import Any
 
 from meltemi.compiler import Rot, Vec, kernel, whole
@@ -352,11 +352,12 @@ def convect(m: VortexSystem) -> None:
     count = store_present(m)
     convect_zone(m.wake_1, m.drift_1, m, 1, whole(state.rows_1), count)
     convect_zone(m.wake_2, m.drift_2, m, 2, whole(state.rows_2), count)
-    # the rest moves with the end of the free part
+    # the rest moves with the tip vortices at the end of the free part
     last, mean, wind = whole(state.rows_2) - 1, Vec(0.0, 0.0, 0.0), mean_wind(m)
-    zone, share = m.wake_2, 1.0 / (m.wake_2.blades * m.wake_2.edges)
+    zone, half = m.wake_2, m.wake_2.edges // 2
+    share = 1.0 / (zone.blades * half)
     for b in range(zone.blades):
-        for e in range(zone.edges):
+        for e in range(half, zone.edges):
             mean += share * (zone.velocity[b, last, e] - wind_at(zone.position[b, last, e], m, wind))
     zone = m.wake_3
     for b in range(zone.blades):
@@ -448,6 +449,23 @@ def renew_line(m: VortexSystem) -> None:
 
 
 @kernel
+def beyond(m: VortexSystem) -> Vec:
+    """Velocity [m/s] at the hub by what the wake leaves out: its last tip vortices as an endless cylinder (VW-19)."""
+    zone, last = m.wake_3, whole(m.vortex_state.rows_3) - 1
+    if last < 1:
+        return Vec(0.0, 0.0, 0.0)
+    tip, centre, G = zone.edges - 1, centre_of(zone, m, last, zone.edges - 1), 0.0
+    for b in range(zone.blades):
+        G += zone.circulation[b, last - 1, tip - 1]
+    away = centre - m.machine.hub_position
+    z = norm(away)
+    radius = around(zone.position[0, last, tip], centre, m)[2]
+    # circulation per length along the axis: all blades once a revolution
+    per_length = G * m.machine.rotor_speed / (2.0 * pi * max(norm(zone.velocity[0, last, tip]), LEAST_WIND))
+    return (-0.5 * per_length * (1.0 - z / sqrt(z * z + radius * radius)) / max(z, TINY)) * away
+
+
+@kernel
 def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
     """Compute velocities and influence at the blades after the rotation ``turn`` of the rotor.
 
@@ -455,7 +473,7 @@ def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
       step: [s] age of the youngest row, and length of the steps of the wake.
       share: share of the change of the velocities that counts.
     """
-    p, s, bound = m.vortex, m.wake_sources, m.bound
+    p, s, bound, rest = m.vortex, m.wake_sources, m.bound, beyond(m)
     count = store_wake(s, m, p.blade_core, step, step)
     for b in range(m.line.blades):
         Q, last = turn @ root_axes(m, b), count
@@ -466,7 +484,7 @@ def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
             x = moved(m, turn, control_point(m, b, i))
             m.wake_point[0], m.wake_point[1], m.wake_point[2] = x.x, x.y, x.z
             u, v, w = induced(m.wake_point, s, 0, last, whole(p.core))
-            bound.after[b, i] += share * (into(Q, Vec(u, v, w)) - bound.after[b, i])
+            bound.after[b, i] += share * (into(Q, Vec(u, v, w) + rest) - bound.after[b, i])
         influence(m, turn, b, step)
         factorise(m, b)
 
