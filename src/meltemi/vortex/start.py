@@ -26,10 +26,9 @@ from meltemi.vortex.wake import (
     wake_step,
 )
 
-SHARE, SLOWER = 0.5, 8.0
-"""Share of the change of the velocities in the first sweeps; number after which it falls, like one over theirs."""
-NEAR = 0.02
-"""Relative change of loading and speed up to which the wake stays."""
+SHARE, CALM, NEAR = 0.5, 12.0, 0.02
+"""Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at rest;
+relative change of loading and speed up to which the wake stays where it is for other azimuths."""
 
 
 @settle_induction.variant
@@ -43,9 +42,8 @@ def _(m: VortexSystem) -> None:
     if state.rows_1 > 0.0 and azimuth != state.azimuth and same:
         scale(m, loading / state.loading)
     else:
-        if not same:
-            state.turn = whole(state.turn) % 2 + 0.0
-        place_wake(m)
+        state.turn = 0.0 if not same else state.turn + 1.0
+        place_wake(m, SHARE * min(CALM / max(state.turn, 1.0), 1.0))
         state.built_loading, state.built_speed = loading, speed
     state.loading, state.azimuth = loading, azimuth
     state.begin = state.time - state.step
@@ -71,12 +69,10 @@ def scale(m: VortexSystem, factor: float) -> None:
 
 
 @kernel
-def place_wake(m: VortexSystem) -> None:
-    """Place all vortices, and compute part of their velocities by age and those at the blades."""
+def place_wake(m: VortexSystem, share: float) -> None:
+    """Place all vortices, and let a share of the change of every second velocity by age, and of all at the blades, count."""
     state, A = m.vortex_state, m.bound_influence
     step = state.step = wake_step(m)
-    state.turn += 1.0
-    share = SHARE * min(SLOWER / state.turn, 1.0)
     if state.rows_1 < 1.0:
         guess(m.drift_1, m, step, 0.0)
         guess(m.drift_2, m, step * m.vortex.merge_2, step * m.vortex.panels_1)
