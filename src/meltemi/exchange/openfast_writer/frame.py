@@ -191,7 +191,8 @@ def water(title: str, frame: Frame, level: float, changed: Report) -> str:
         piece = IN_AIR if min(places[j][2] for j in each.joints) > 0.0 else max(frame.piece, -DEEPER * top)
         model = 1 if each.hydrodynamics is None else 3
         spin = math.degrees(each.spin) if boxed else 0.0
-        geometry = [2 if boxed else 1, spin, piece, model, 1, str(each.potential_flow)]
+        numerical = boxed or _cut_end(frame, each, level)
+        geometry = [2 if boxed else 1, spin, piece, model, 2 if numerical else 1, str(each.potential_flow)]
         rows.append([member[name], *(joint[j] for j in each.joints), *numbers, *geometry])
         if model == 3:
             own[boxed].append([member[name], *_row(_coefficients(frame, each), boxed=boxed, ends=2)])
@@ -219,6 +220,16 @@ def water(title: str, frame: Frame, level: float, changed: Report) -> str:
         "growth": rows_of(_growth(frame)),
     }
     return hydrodyn(title, {"potential": 0}, tables)
+
+
+def _cut_end(frame: Frame, member: Member, level: float) -> bool:
+    """Whether the surface of still water cuts or may reach an end of a tube: HydroDyn's closed forms refuse it."""
+    grown = max((each.thickness for each in frame.growth), default=0.0)
+    sections = (member.section, member.end_section or member.section)
+    return any(
+        abs(frame.joints[joint][2] - level) < 0.5 * frame.sections[section].breadth + grown
+        for joint, section in zip(member.joints, sections, strict=True)
+    )
 
 
 def _axis(frame: Frame, member: Member, joint: str) -> Float:
