@@ -107,8 +107,8 @@ def welds_of(frame: Frame, settings: JointSettings) -> list[Weld]:
 
 def stresses_of(weld: Weld, loads: Loads, settings: JointSettings) -> Float:
     """Hot-spot stresses (n, 2, 8, T) [N/m^2] of a joint's welds."""
-    bending = settings.chord_bending == "frame"
-    return hot_spots(weld.joint, weld.factors, loads, settings.classification, bending=bending)
+    bending, axial = settings.chord_bending == "frame", settings.chord_axial
+    return hot_spots(weld.joint, weld.factors, loads, settings.classification, bending=bending, axial=axial)
 
 
 def case_damage(weld: Weld, stresses: Float, duration: float, settings: JointSettings) -> Float:
@@ -177,13 +177,14 @@ def largest_utilisations(
       factor: partial safety factor of the loads.
 
     Raises:
-      InputError: an effective length belongs to no member.
+      InputError: an effective length or a yield stress belongs to no member.
     """
     s = settings or JointSettings()
     used: dict[tuple[str, str], tuple[float, str]] = {}
-    for name in s.effective_lengths:
-        if name not in frame.members:
-            raise InputError(f"joints.effective_lengths: no member {name!r}: {did_you_mean(name, frame.members)}")
+    for key in ("effective_lengths", "yield_stresses"):
+        for name in getattr(s, key):
+            if name not in frame.members:
+                raise InputError(f"joints.{key}: no member {name!r}: {did_you_mean(name, frame.members)}")
     for (name, place), series in loads.items():
         member = frame.members[name]
         section = frame.sections.get((member.end_section or member.section) if place == "end" else member.section)
@@ -196,7 +197,7 @@ def largest_utilisations(
             factor * series,
             section,
             float(np.linalg.norm(b - a)),
-            yield_stress=s.yield_stress,
+            yield_stress=s.yield_stresses.get(name, s.yield_stress),
             standard=s.standard,
             k=s.effective_lengths.get(name, s.effective_length),
             C_m=s.moment_factor,
