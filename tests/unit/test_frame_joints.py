@@ -151,6 +151,17 @@ def test_chord_that_ends_at_the_joint() -> None:
     assert [tube.member for tube in joint.chord] == ["lower"] and joint.length == 9.0
 
 
+def test_can_of_a_joint() -> None:
+    frame = frame_of(K_JOINT)
+    (joint,) = tubular_joints(frame, {"node": 0.1})
+    p = parameters_of(joint)[0]
+    assert (p.gamma, p.tau, p.alpha) == pytest.approx((6.0, 0.2, 30.0))
+    assert joint.chord[0].area == pytest.approx(0.25 * pi * (1.2**2 - 1.0**2))
+    assert joint.braces[0].tube.thickness == 0.02
+    with pytest.raises(InputError, match="joints.cans: no joint 'nodes': did you mean 'node'"):
+        welds_of(frame, JointSettings(cans={"nodes": 0.1}))
+
+
 def test_joints_without_braces_are_passed_over() -> None:
     assert tubular_joints(frame_of({})) == ()
     with pytest.raises(InputError, match="no joint at which a tube meets a chord"):
@@ -566,6 +577,7 @@ def test_member_that_begins_at_its_other_joint_has_the_same_damage() -> None:
         {"classification": "geometry"},
         {"chord_bending": "formula"},
         {"chord_axial": False},
+        {"cans": {"node": 0.08}},
         {"fixity": 1.0},
         {"alpha": 6.0},
         {"counting": "dirlik"},

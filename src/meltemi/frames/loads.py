@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,10 @@ from meltemi.frames.recovery import Recovery, recovery
 from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside, liquid_of
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.parts import Derived
+
+if TYPE_CHECKING:
+    from meltemi.frames.definition import Frame
+    from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 
@@ -31,6 +36,19 @@ COMPONENTS = (
     ("moment_z", "N m", "torsion"),
     ("tension", "N", "effective tension: axial force and the pressures of still water on full sections"),
 )
+
+
+SIX = tuple(name for name, _, _ in COMPONENTS[:6])
+
+
+def section_loads(frame: Frame, result: Result) -> dict[tuple[str, str], Float]:
+    """Section loads (T, 6) [N, N m] by member and place, of those sections whose six channels a result has."""
+    channels = {(name, at): [f"member_{name}_{at}_{load}" for load in SIX] for name in frame.members for at in PLACES}
+    return {
+        section: np.stack([result[name] for name in names], axis=1)
+        for section, names in channels.items()
+        if all(name in result for name in names)
+    }
 
 
 @dataclass(frozen=True)

@@ -92,10 +92,10 @@ def welds_of(frame: Frame, settings: JointSettings) -> list[Weld]:
     """Welds of all joints of a frame.
 
     Raises:
-      InputError: there is no such S-N curve, or no joint of tubes.
+      InputError: there is no such S-N curve, no joint of tubes, or no joint of a can.
     """
     welds = []
-    for joint in tubular_joints(frame):
+    for joint in tubular_joints(frame, settings.cans):
         given, around = parameters_of(joint, settings.alpha), environment_at(joint.height, settings)
         f = [factors(p, settings.fixity, settings.chord_bending) for p in given]
         curve = sn_curve(settings.curve, around, settings.edition)

@@ -36,6 +36,8 @@ class JointSettings(Record):
     """Fixity C [-; 0.5 to 1] of the chord's ends: 0.5 clamped, 1 pinned."""
     alpha: float | None = Field(default=None, gt=0.0)
     """Chord length parameter [-; 4 to 40] of all joints, in place of that of the members."""
+    cans: dict[str, Annotated[float, Field(gt=0.0, lt=0.5)]] = Field(default={})
+    """[m; 0.02 to 0.1] wall of the chord at some joints, by name, where it is thicker than that of its members."""
     counting: Literal["rainflow", "dirlik"] = "rainflow"
     """Damage from counted cycles, or by Dirlik's formula from the spectrum."""
     standard: Standard = "NORSOK N-004"
