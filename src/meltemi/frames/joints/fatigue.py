@@ -19,6 +19,7 @@ from meltemi.frames.joints.settings import JointSettings
 from meltemi.frames.joints.sn import Curve, Environment, sn_curve, spectral_damage
 from meltemi.frames.joints.utilisation import CLAUSES, member_checks
 from meltemi.frames.loads import PLACES
+from meltemi.frames.water import sections_of
 from meltemi.postprocess.cycles import Cycles, rainflow_cycles, sum_cycles
 from meltemi.postprocess.spectra import power_spectrum
 
@@ -187,8 +188,8 @@ def largest_utilisations(
                 raise InputError(f"joints.{key}: no member {name!r}: {did_you_mean(name, frame.members)}")
     for (name, place), series in loads.items():
         member = frame.members[name]
-        section = frame.sections.get((member.end_section or member.section) if place == "end" else member.section)
-        if member.kind != "beam" or section is None or section.kind != "tube" or section.thickness is None:
+        section = sections_of(frame, member)[place == "end"] if member.kind == "beam" else None
+        if section is None or section.kind != "tube" or section.thickness is None:
             continue
         a, b = (np.asarray(frame.joints[joint]) for joint in member.joints)
         depth = max(-float(a[2] + PLACES[place] * (b[2] - a[2])), 0.0)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import member_axes
+from meltemi.frames.water import sections_of
 
 Float = NDArray[np.float64]
 
@@ -119,7 +120,7 @@ def tubes_at(frame: Frame) -> dict[str, list[Tube]]:
         a, b = (np.asarray(frame.joints[joint]) for joint in member.joints)
         axes, length = member_axes(b - a, member.spin).T, float(np.linalg.norm(b - a))
         for i, (joint, end) in enumerate(zip(member.joints, ("start", "end"), strict=True)):
-            s = frame.sections[(member.section, member.end_section or member.section)[i]]
+            s = sections_of(frame, member)[i]
             D = float(s.diameter or 0.0)
             ends[joint].append(Tube(name, end, (1.0 - 2.0 * i) * axes[2], axes, length, D, s.thickness or 0.5 * D))
     return ends
