@@ -22,6 +22,7 @@ from meltemi.floating.members import Member
 from meltemi.floating.moorings import at_rest
 from meltemi.floating.platform import Platform
 from meltemi.frames.definition import Frame
+from meltemi.frames.water import coefficients_of, sections_of
 from meltemi.hydro.wamit import wamit_texts
 from meltemi.sea.conditions import Sea
 from meltemi.sea.support import Hydrodynamics, Support
@@ -131,12 +132,8 @@ def _thick(below: Support | Frame | Platform) -> float:
         return 0.0
     diameters = set()
     for member in below.members.values():
-        name = member.hydrodynamics
-        c = below.hydrodynamics if name is None else below.other_hydrodynamics[name]
-        if member.kind == "beam" and c.diffraction == "maccamy_fuchs":
-            diameters |= {
-                below.sections[each or member.section].breadth for each in (member.section, member.end_section)
-            }
+        if member.kind == "beam" and coefficients_of(below, member).diffraction == "maccamy_fuchs":
+            diameters |= {each.breadth for each in sections_of(below, member)}
     if len(diameters) > 1 or (diameters and below.growth):
         raise UnsupportedError(
             "frame.hydrodynamics.diffraction: OpenFAST has diffraction by cylinders of one diameter, without growth"
