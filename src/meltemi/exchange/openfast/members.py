@@ -73,41 +73,26 @@ def hydro_rows(file: InputFile, count: str, layout: str, wanted: dict[str, str],
     return rows
 
 
-def members_layout(file: InputFile) -> tuple[list[tuple[int, list[str]]], list[str]]:
-    """Rows of HydroDyn's members with their lines, and the names of their columns.
-
-    Raises:
-      InputError: a row has no column PropPot.
-    """
-    entry = file.require(["NMembers"], "of lines")
-    rows = file.rows(entry, file.count(entry))[1]
-    places = [
-        next((k for k, word in enumerate(row) if number(word) is None and flag(word) is not None), -1)
-        for _, row in rows
-    ]
-    for (line, row), place in zip(rows, places, strict=True):
-        if place not in columns.MEMBERS:
-            raise InputError(
-                f"{file.at(line)}: expected True or False for PropPot in column 8 (OpenFAST 2), 9 (3, 4) or 11 (5) of "
-                f"the table of members, found {' '.join(row)[:60]!r}"
-            )
-    layout = columns.MEMBERS[places[0] if places else 10]
-    return rows, [name.split("|")[0] for name in layout.split()]
-
-
 def member_rows(file: InputFile, notes: Notes) -> list[tuple[int, dict[str, float], bool]]:
     """Line of each member of HydroDyn, its numbers by column, and whether it is part of the potential flow.
 
     Raises:
       InputError: a row has no column PropPot.
     """
-    rows, layout = members_layout(file)
-    names = layout[:-1]
     entry = file.require(["NMembers"], "of lines")
-    values = file.placed(entry, columns.MEMBERS[len(names)], dict(zip(names, names, strict=True)), notes)
-    numbers = zip(*values.values(), strict=True)
+    rows, place = file.rows(entry, file.count(entry))[1], 10
+    for line, row in reversed(rows):  # the columns are those of the first row
+        place = next((k for k, word in enumerate(row) if number(word) is None and flag(word) is not None), -1)
+        if place not in columns.MEMBERS:
+            raise InputError(
+                f"{file.at(line)}: expected True or False for PropPot in column 8 (OpenFAST 2), 9 (3, 4) or 11 (5) of "
+                f"the table of members, found {' '.join(row)[:60]!r}"
+            )
+    layout = columns.MEMBERS[place]
+    names = [name.split("|")[0] for name in layout.split()][:place]
+    numbers = zip(*file.placed(entry, layout, dict(zip(names, names, strict=True)), notes).values(), strict=True)
     return [
-        (line, dict(zip(names, each, strict=True)), bool(flag(words[len(names)])))
+        (line, dict(zip(names, each, strict=True)), bool(flag(words[place])))
         for (line, words), each in zip(rows, numbers, strict=True)
     ]
 
