@@ -10,6 +10,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi import InputError, load_turbine
+from meltemi.floating.coefficients import read_coefficients
 from meltemi.floating.platform import Platform
 from meltemi.frames.afloat import FALL, MODES, PLACE, TOWER, WATER, AfloatLoads
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
@@ -258,3 +259,17 @@ def test_the_library_semi_has_its_masses() -> None:
     assert -14.94 < J[4, 0] / J[0, 0] < turbine.platform.centre[2]  # that of the report, and of the deck
     np.testing.assert_allclose(np.diag(J)[3:], np.diag(platform_inertia(turbine.platform))[3:], rtol=0.06)
     assert by_water_plane(pieces(a)).total[2, 2] == pytest.approx(443.0, rel=0.01)
+
+
+def test_the_hull_of_the_iea_22_mw_has_its_masses() -> None:
+    """Mass, centre, inertia of the OpenFAST deck; volume and water plane of its potential flow."""
+    turbine = load_turbine("iea22mw-semi-flexible")
+    assert turbine.frame is not None and turbine.platform is not None
+    a = afloat(turbine.frame, turbine.platform, np.array([0.0, 0.0, 15.0]))
+    J, water, platform = rigid_inertia(a), pieces(a), turbine.platform
+    assert J[0, 0] == pytest.approx(platform.mass, rel=1e-6)
+    assert J[4, 0] / J[0, 0] == pytest.approx(platform.centre[2], abs=0.01)
+    np.testing.assert_allclose(np.diag(J)[3:], np.diag(platform_inertia(platform))[3:], rtol=0.01)
+    assert water.volume[water.high < 1e-3].sum() == pytest.approx(platform.volume, rel=1e-5)
+    plane = read_coefficients("iea22mw-semi").hydrostatic
+    np.testing.assert_allclose(by_water_plane(water).total[2, 2], plane[2, 2], rtol=1e-4)

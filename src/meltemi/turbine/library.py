@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 AtSea = Literal["nrel5mw-monopile", "nrel5mw-jacket", "nrel5mw-tripod", "iea15mw-monopile", "iea22mw-monopile"]
-Floating = Literal["nrel5mw-spar", "iea15mw-volturnus", "iea15mw-volturnus-flexible", "iea22mw-semi"]
+Floating = Literal[
+    "nrel5mw-spar", "iea15mw-volturnus", "iea15mw-volturnus-flexible", "iea22mw-semi", "iea22mw-semi-flexible"
+]
 
 DATA = Path(__file__).parent / "data"
 
