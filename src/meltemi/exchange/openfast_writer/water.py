@@ -17,7 +17,7 @@ from meltemi.exchange.openfast.mooring import BED_FRICTION
 from meltemi.exchange.openfast.tower import SPRINGS
 from meltemi.exchange.openfast.water import DRIFTS, FULL_DRIFT, STRETCHINGS
 from meltemi.exchange.openfast_writer.template import by_target, fill, matrix, rows_of
-from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.coefficients import platform_coefficients
 from meltemi.floating.members import Member
 from meltemi.floating.moorings import at_rest
 from meltemi.floating.platform import Platform
@@ -304,7 +304,7 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
         lost("members", "HydroDyn gets those with forces; the others are for pictures")
     values: dict[str, float | str] = {"potential": int(flows)}
     if flows:
-        texts |= {POTENTIAL + end: text for end, text in wamit_texts(read_coefficients(platform.coefficients)).items()}
+        texts |= {POTENTIAL + end: text for end, text in wamit_texts(platform_coefficients(platform)).items()}
         values |= {"potential_file": POTENTIAL, "volume": platform.volume}
         values |= dict(zip(("buoyancy_x", "buoyancy_y"), platform.buoyancy_centre, strict=True))
         values |= {key: FULL_DRIFT for key, drift in DRIFTS if drift == platform.drift}
