@@ -17,7 +17,7 @@ from meltemi.exchange.openfast import read_deck
 from meltemi.exchange.openfast.frame import read_frame, rigid_body
 from meltemi.exchange.openfast.frame_water import frame_in_water
 from meltemi.exchange.openfast.keywords import row_of
-from meltemi.exchange.openfast.members import members_layout
+from meltemi.exchange.openfast.members import hydro_members
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast.water import DeckWater
@@ -384,9 +384,8 @@ def test_hydrostatics_of_ends_in_the_surface_and_of_rectangles(tmp_path: Path) -
 
     def integrated(level: float) -> set[str]:
         (tmp_path / "HydroDyn.dat").write_text(water("", frame.replace(sections=sections), level, lambda a, b: None))
-        rows, layout = members_layout(read_input(tmp_path / "HydroDyn.dat", "HydroDyn"))
-        named = zip(frame.members, rows, strict=True)
-        return {name for name, (_, words) in named if words[layout.index("MHstLMod")] == "2"}
+        rows = hydro_members(read_input(tmp_path / "HydroDyn.dat", "HydroDyn"), Notes())
+        return {name for name, row in zip(frame.members, rows, strict=True) if row.hydrostatics == 2}
 
     sections = dict(frame.sections)
     at_column = {f"upper{x}_column4" for x in "ABC"} | {"column3_column4", "column4_top"}
