@@ -329,7 +329,6 @@ def test_order_and_comments_do_not_matter(deck: Deck) -> None:
         ("5MW.fst", "1          CompElast", "3 CompElast", "ElastoDyn"),
         ("5MW.fst", "2          CompAero", "1 CompAero", "AeroDyn"),
         ("ElastoDyn.dat", "False         PtfmPDOF", "True PtfmPDOF", "platform.*--fixed-base"),
-        ("AeroDyn.dat", "1   Wake_Mod", "3 Wake_Mod", "AeroDyn.dat:6 .*vortex wake.*--momentum-wake"),
     ],
 )
 def test_what_is_not_modelled_is_refused_by_name(deck: Deck, name: str, old: str, new: str, says: str) -> None:
