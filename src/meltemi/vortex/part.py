@@ -60,6 +60,7 @@ class VortexPart(InductionPart):
       vortex: parameters.
     """
 
+    settles: ClassVar[bool] = True
     system: ClassVar[type[KernelRecord] | None] = VortexSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         **InductionPart.signals,
