@@ -54,8 +54,8 @@ def waves(description: Frame, sea: Any, duration: float = 20.0) -> dict[str, Any
     """Arrays of a frame in a sea, with the force and moment (T, 6) of what is always wet, from time 0."""
     loads, water = rigid(description), FrameWater.zeros()
     View(FrameWater, water)["density"] = RHO
-    found = in_water(loads, {"water": water}, sea, duration, (0.0, 0.0), G)
-    still = in_water(loads, {"water": water}, StillWater(), 1.0, (0.0, 0.0), G)
+    found = in_water(loads, {"water": water}, sea, duration, (0.0, 0.0))
+    still = in_water(loads, {"water": water}, StillWater(), 1.0, (0.0, 0.0))
     found["total"] = found["frame_push"][AHEAD:, 1:] - still["frame_push"][0, 1:]
     found["time"] = View(FrameWater, found["water"])["step"] * np.arange(len(found["total"]))
     return found

@@ -30,7 +30,6 @@ from meltemi.frames.reduction import tower_base
 from meltemi.frames.water import liquid_inside, pieces
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross
-from meltemi.sea.airy import GRAVITY
 from meltemi.sea.conditions import StillWater
 from meltemi.sea.pile import at, cubic
 from meltemi.simulation.channels import Channel
@@ -210,6 +209,7 @@ class AfloatPart(Part):
         "frame_section": FrameSection,
         "frame_clock": FrameClock,
     }
+    afterwards: ClassVar[tuple[str, ...]] = ("frame_section",)
     loads: AfloatLoads
     constants: dict[str, Float]
 
@@ -270,9 +270,9 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> AfloatPart:
     """
     assembly = afloat(turbine.frame, turbine.platform, tower_base(turbine.frame, turbine.tower))
     loads = AfloatLoads(
-        assembly, pieces(assembly), rotor.tower.below, GRAVITY, turbine.platform, turbine_weight(turbine)[0]
+        assembly, pieces(assembly), rotor.tower.below, rotor.tower.gravity, turbine.platform, turbine_weight(turbine)[0]
     )
     about, weights = loads.about_mean, loads.spread.weights
-    still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), GRAVITY)
+    still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), loads.gravity)
     added = np.einsum("kpi,pij,lpj->kl", about, weights, about, optimize=True)
     return AfloatPart(loads, still | {"frame_added": added})

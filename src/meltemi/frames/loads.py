@@ -6,8 +6,9 @@ Reference: docs/theory/frames.md (F-25 to F-29).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from meltemi.core.fingerprint import fingerprint
 from meltemi.frames.finite_elements import Assembly
 from meltemi.frames.recovery import Recovery, recovery
-from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside, liquid_of
+from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.parts import Derived
 
@@ -42,16 +43,22 @@ class Loads:
       pieces: pieces on which the water acts.
       below: (k, n, 6) modes at the nodes.
       gravity: [m/s^2].
+      level: [m] of still water above mean sea level, outside and inside of flooded members.
     """
 
     assembly: Assembly
     pieces: Pieces
     below: Float
     gravity: float
+    level: float = field(default=0.0, kw_only=True)
+
+    def at_level(self, level: float) -> Self:
+        """The same with still water at a level [m]."""
+        return self if level == self.level else replace(self, level=level)
 
     def content_hash(self) -> str:
         """Hash of the description from which all of it follows."""
-        return str(fingerprint(self.assembly.frame, self.assembly.points, self.below, self.gravity))
+        return str(fingerprint(self.assembly.frame, self.assembly.points, self.below, self.gravity, self.level))
 
     @cached_property
     def sections(self) -> tuple[tuple[str, str], ...]:
@@ -82,7 +89,7 @@ class Loads:
     def constant(self) -> tuple[Float, Float]:
         """Constant loads of weight and liquid inside, on nodes (n, 6) and on the ends of elements (e, 2, 6)."""
         a, e = self.assembly, self.assembly.elements
-        nodes, ends = liquid_inside(a)
+        nodes, ends = liquid_inside(a, self.level)
         growth = np.zeros((len(e.length), 3))
         growth[:, 2] = -e.growth
         return self.gravity * (nodes + a.joint_weight), self.gravity * (ends + a.weight + a.line_loads(growth))
@@ -99,18 +106,17 @@ class Loads:
         result: Float = np.einsum("kni,ni->k", self.below, nodes + self.assembly.nodal(ends))
         return result
 
-    def of_ground_and_water(self, still: Float, level: float = 0.0) -> Float:
+    def of_ground_and_water(self, still: Float) -> Float:
         """(B, 12) reaction of the ground at the mudline, and load of the water about still water (F-29).
 
         Args:
           still: (P, 3) [N] forces of still water on the pieces, which also turn with the displaced frame.
-          level: [m] of still water above mean sea level.
         """
         p, k, a = self.pieces, len(self.below), self.assembly
         m = 3 * len(p.low)
         result = np.zeros((m + 7 + 2 * k, 12))
         bed = np.array([0.0, 0.0, -a.frame.depth])
-        result[:m, 6:] = _wrench(p.place - np.array([0.0, 0.0, level]))
+        result[:m, 6:] = _wrench(p.place - np.array([0.0, 0.0, self.level]))
         result[:m, :6] = -_wrench(p.place - bed)
         base = a.points[-1] - bed
         result[m : m + 6, :6] = -np.vstack([_wrench(base[None]), np.hstack([np.zeros((3, 3)), np.eye(3)])])
@@ -202,9 +208,9 @@ class Loads:
         s = PLACES[place]
         z = float(a[2] + s * (b[2] - a[2]))
         outside = inside = 0.0
-        if -frame.depth <= z < 0.0:
-            outside = -z * frame.water_density * 0.25 * np.pi * (diameter(s) + 2.0 * grown(frame, z)) ** 2
-        liquid = liquid_of(frame, member)
+        if -frame.depth <= z < self.level:
+            outside = (self.level - z) * frame.water_density * 0.25 * np.pi * (diameter(s) + 2.0 * grown(frame, z)) ** 2
+        liquid = frame.liquid(member, self.level)
         if liquid is not None and z < liquid[0]:
             mine = np.flatnonzero(self.assembly.elements.member == self.assembly.members.index(name))
             section = self.assembly.elements.properties[mine[min(int(s * len(mine)), len(mine) - 1)]]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from io import BytesIO
 from typing import TYPE_CHECKING
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from meltemi.frames.finite_elements import Assembly, assemble
 from meltemi.frames.reduction import frequencies, reduced, tower_base
-from meltemi.frames.water import pieces
+from meltemi.frames.water import pieces, plates
 from meltemi.report.palette import COLOURS, FAINT
 from meltemi.reports.blocks import Block, Picture, Table
 from meltemi.reports.turbine_facts import frame_masses, number
@@ -30,16 +29,13 @@ MOTIONS = ("x", "y", "z", "about x", "about y", "about z")
 
 def words_on_ends(assembly: Assembly) -> str:
     """What the coefficients of the ends of members at joints are, and at which of these the ends act like plates."""
-    frame, water = assembly.frame, pieces(assembly)
-    meeting = Counter(joint for m in frame.members.values() if m.kind == "beam" for joint in m.joints)
-    acting = set(water.node[(water.plate > 0.0) | (water.along > 0.0)])
-    plates = [joint for joint, node in assembly.joint_nodes.items() if meeting[joint] > 1 and node in acting]
+    frame, joints = assembly.frame, plates(assembly, pieces(assembly))
     c = frame.ends
     words = f"Ends of members at joints: drag {c.drag:g}, added mass {c.added_mass:g}, pressure {c.pressure:g}"
     words += f", others at {len(frame.other_ends)} joints." if frame.other_ends else "."
-    if plates:
+    if joints:
         words += (
-            f" At {len(plates)} joints where members meet, {plates[0]} the first of them, these ends act on the water "
+            f" At {len(joints)} joints where members meet, {joints[0]} the first of them, these ends act on the water "
             "like plates as wide as the braces, although they are inside of other members: set drag and added mass to "
             "0 there, unless you compare with a program that has them."
         )

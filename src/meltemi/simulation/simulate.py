@@ -10,7 +10,7 @@ import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
-from functools import cache
+from functools import cache, cached_property
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from types import FrameType
@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 
 CHUNK_SECONDS = 0.1
 """[s] wall time between checks of progress and keyboard."""
+BLOCK = 32
+"""Number of samples of which derived channels are computed at once, and multiple of channels."""
 
 
 @arguments_of(Run)
@@ -197,7 +199,7 @@ class Simulation:
             first = int(self.case.clock.row)
             self.loop.march(min(left - done, self.held_steps))
             if self.derived:
-                self._derive(self.loop.output[first : int(self.case.clock.row)])
+                self.derive(self.loop.output[first : int(self.case.clock.row)])
             if self.sink is not None:
                 self.sink()
         self.run_seconds += clock_time.perf_counter() - began
@@ -206,13 +208,32 @@ class Simulation:
         if self.finished:
             self.close()
 
-    def _derive(self, samples: NDArray[np.float64]) -> None:
-        """Compute the channels of samples that follow from others."""
-        place, begin = {channel: i for i, channel in enumerate(self.channels)}, len(self.channels)
+    @cached_property
+    def derivations(self) -> list[tuple[list[int], slice, NDArray[np.float64]]]:
+        """Columns (R,) of channels that follow from others, the columns of those (B,), and the matrix (B, R or more).
+
+        The matrix has columns of zeros up to a multiple of ``BLOCK``.
+        """
+        place, begin, result = {channel: i for i, channel in enumerate(self.channels)}, len(self.channels), []
         for each in self.derived:
-            end = begin + len(each.sources)
-            samples[:, [place[channel] for channel in each.channels]] = samples[:, begin:end] @ each.matrix
+            columns, end = [place[channel] for channel in each.channels], begin + len(each.sources)
+            matrix = np.pad(each.matrix, ((0, 0), (0, -len(columns) % BLOCK)))
+            result.append((columns, slice(begin, end), matrix))
             begin = end
+        return result
+
+    def derive(self, samples: NDArray[np.float64]) -> None:
+        """Compute the channels of samples (T, columns) that follow from others.
+
+        In blocks of one size, since sums of a matrix product are rounded by its size: no result depends on the number
+        of samples that come at a time.
+        """
+        for columns, sources, matrix in self.derivations:
+            for first in range(0, len(samples), BLOCK):
+                rows = samples[first : first + BLOCK]
+                block = np.zeros((BLOCK, len(matrix)))
+                block[: len(rows)] = rows[:, sources]
+                rows[:, columns] = (block @ matrix)[: len(rows), : len(columns)]
 
     def stream(self, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """March a run without end, piece by piece, in the memory of its output.
