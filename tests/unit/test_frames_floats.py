@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from meltemi import InputError, load_turbine
 from meltemi.floating.platform import Platform
-from meltemi.frames.afloat import FALL, MODES, PLACE, TOWER, WATER, AfloatLoads
+from meltemi.frames.afloat import FALL, MODES, PLACE, TOWER, WATER, AfloatLoads, AfloatPart
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.hull import afloat, by_added_mass, by_water_plane, platform_inertia, rigid_inertia, rigid_motions
@@ -242,6 +242,7 @@ def test_what_does_not_float_is_refused() -> None:
         afloat(frame, platform.model_copy(update={"depth": 120.0}), BASE)
     with pytest.raises(InputError, match=r"frame: its members, masses and ballast have .* t, but platform.mass"):
         afloat(frame, platform.model_copy(update={"mass": 1e6}), BASE)
+    assert "frame_section" in AfloatPart.afterwards  # linear models and operating points refuse it
     with pytest.raises(InputError, match=r"frame.feet: a frame with a platform floats"):
         afloat(frame.replace(feet=[{"joint": "A_keel"}]), platform, BASE)
 

@@ -441,7 +441,7 @@ def _fill_and_growth(frame: Frame, member: Member, section: Properties, heights:
         return max(min(high, top) - max(low, bottom), 0.0) / (high - low)
 
     level, density = frame.liquid(member) or (-np.inf, 0.0)
-    fill = density * section.hole * share(-np.inf, level)
+    fill = density * section.hole * (1.0 if level >= high else share(-np.inf, level))
     around = ((g, g.thickness * (section.breadth + g.thickness)) for g in frame.growth)
     return fill, sum(g.density * np.pi * ring * share(g.bottom, g.top) for g, ring in around)
 

@@ -198,11 +198,14 @@ def _on_platform(member: ModalMember, assembly: Assembly, mesh: Mesh, foundation
     mass[:n, :n] = member.modes.mass_alone
     mass[n:, :n] += product
     mass[:n, n:] += product.T
-    modes = replace(base.modes, mass=mass, mass_alone=mass)
+    vibrating = mass.copy()
+    vibrating[:n, :n] = member.modes.mass  # that of free vibration in still water
+    modes = replace(base.modes, mass=vibrating, mass_alone=mass)
     hull = by_added_mass(water).mean(water.moved(assembly, member.below))
     second = np.zeros_like(base.second)
     second[:n, :n] = member.second
-    return replace(base, modes=modes, second=second, momenta=momenta, below=member.below, hull=hull)
+    kept = {"below": member.below, "gravity": member.gravity}
+    return replace(base, modes=modes, second=second, momenta=momenta, hull=hull, **kept)
 
 
 def _natural(
