@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Run, SteadyWind, load_turbine, simulate
+from meltemi.cases.case import LoadCase
 from meltemi.environment import IrregularSea
 from meltemi.exchange.openfast.outlist import _available
 from meltemi.frames.finite_elements import assemble
@@ -19,6 +21,8 @@ from meltemi.frames.reduction import tower_base
 from meltemi.gradients.adjoint import gradient
 from meltemi.gradients.sensitivity import finite_difference_runs, sensitivity
 from meltemi.gradients.weights import std_weights
+from meltemi.io import export_fmu
+from meltemi.learning.gym import TurbineEnv
 from meltemi.loads.loadbase.axes import axes_of
 from meltemi.loads.loadbase.interfaces import interfaces_of, recorded
 from meltemi.reports.frame_overview import frame_blocks, words_on_ends
@@ -148,6 +152,19 @@ def test_section_loads_have_derivatives() -> None:
     back = gradient(run, deviation, [gain])
     value, by = found.std(LEG)
     assert back.value == pytest.approx(value) and back.slopes == pytest.approx(by, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_section_loads_are_results_of_episodes_and_no_outputs_of_units(tmp_path: Path) -> None:
+    env = TurbineEnv(turbine="nrel5mw-jacket", wind_speeds=(13.0, 14.0), duration=2.0, channels=(LEG,))
+    env.reset(seed=1)
+    env.step(np.zeros(2))
+    axial = env.result()[LEG]
+    assert axial.min() < -1e6 and np.isfinite(axial).all()
+    env.close()
+    case = LoadCase(turbine="nrel5mw-jacket", wind={"kind": "steady", "speed": 12.0}, duration=1.0, channels=(LEG,))
+    with pytest.raises(InputError, match=f"channels: '{LEG}' is computed after the time loop, and no output of a unit"):
+        export_fmu(case, tmp_path / "jacket.fmu")
 
 
 @pytest.mark.slow

@@ -468,7 +468,7 @@ def test_walls_moduli_and_growth_are_plausible() -> None:
     growth = [{"bottom": -20.0, "top": 14.0, "thickness": 0.1}]
     strange = CANTILEVER.replace(sections={"tube": section}, growth=growth)
     thin, moduli, top = filter(None, strange.doubts(None))
-    assert thin == "frame.sections.tube.thickness: diameter over it is 500; usual is 8 to 400"
+    assert thin == "frame.sections.tube.thickness: diameter over it is 500; usual is 3 to 400"
     assert moduli.startswith("frame.sections.tube.elastic_modulus: it over shear_modulus is 1;")
     assert top.startswith("frame.growth.0: its top [m] is 14;")
     assert not any(CANTILEVER.doubts(None))

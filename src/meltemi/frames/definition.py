@@ -323,7 +323,7 @@ class Frame(Record):
             key = f"frame.sections.{name}"
             if each.kind == "tube" and each.thickness is not None:
                 slender = each.breadth / each.thickness
-                sentences.append(doubt(f"{key}.thickness", "diameter over it", slender, 8.0, 400.0))
+                sentences.append(doubt(f"{key}.thickness", "diameter over it", slender, 3.0, 400.0))
             moduli = each.elastic_modulus / each.shear_modulus
             sentences.append(doubt(f"{key}.elastic_modulus", "it over shear_modulus", moduli, 2.2, 2.8))
         for i, layer in enumerate(self.growth):
