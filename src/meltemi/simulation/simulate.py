@@ -41,8 +41,8 @@ if TYPE_CHECKING:
 
 CHUNK_SECONDS = 0.1
 """[s] wall time between checks of progress and keyboard."""
-BLOCK = 32
-"""Number of samples of which derived channels are computed at once, and multiple of channels."""
+BLOCK, MULTIPLE = 128, 16
+"""Number of samples of which derived channels are computed at once, and what the number of channels is a multiple of."""
 
 
 @arguments_of(Run)
@@ -212,12 +212,12 @@ class Simulation:
     def derivations(self) -> list[tuple[list[int], slice, NDArray[np.float64]]]:
         """Columns (R,) of channels that follow from others, the columns of those (B,), and the matrix (B, R or more).
 
-        The matrix has columns of zeros up to a multiple of ``BLOCK``.
+        The matrix has columns of zeros up to a multiple of ``MULTIPLE``.
         """
         place, begin, result = {channel: i for i, channel in enumerate(self.channels)}, len(self.channels), []
         for each in self.derived:
             columns, end = [place[channel] for channel in each.channels], begin + len(each.sources)
-            matrix = np.pad(each.matrix, ((0, 0), (0, -len(columns) % BLOCK)))
+            matrix = np.pad(each.matrix, ((0, 0), (0, -len(columns) % MULTIPLE)))
             result.append((columns, slice(begin, end), matrix))
             begin = end
         return result
