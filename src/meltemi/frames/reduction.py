@@ -204,8 +204,8 @@ def _on_platform(member: ModalMember, assembly: Assembly, mesh: Mesh, foundation
     hull = by_added_mass(water).mean(water.moved(assembly, member.below))
     second = np.zeros_like(base.second)
     second[:n, :n] = member.second
-    kept = {"below": member.below, "gravity": member.gravity}
-    return replace(base, modes=modes, second=second, momenta=momenta, hull=hull, **kept)
+    base = replace(base, below=member.below, gravity=member.gravity, hull=hull)
+    return replace(base, modes=modes, second=second, momenta=momenta)
 
 
 def _natural(
