@@ -184,7 +184,7 @@ def test_section_loads_balance_in_a_tilted_heaving_state() -> None:
     assert member.below is not None
     line = type("Line", (), {"fairlead": np.array([-44.5, 0.0, -10.0])})()
     moored = platform.model_copy(update={"lines": (line,)})
-    loads = AfloatLoads(assembly, pieces(assembly), member.below, GRAVITY, moored, 0.0)
+    loads = AfloatLoads(assembly, pieces(assembly), member.below, member.gravity, moored, 0.0)
     r = recovery(assembly, [("pontoon_A", 0.0)])
     B = loads.by_basis(r, 12, np.zeros((0, 3)))
     k, deep, random = len(member.below), loads.deep, np.random.default_rng(2)
