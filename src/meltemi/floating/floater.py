@@ -38,7 +38,7 @@ from meltemi.floating.base import (
     point_motion,
     six,
 )
-from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.coefficients import platform_coefficients
 from meltemi.floating.consistency import check_coefficients
 from meltemi.floating.members import flow_at, pieces, with_members
 from meltemi.floating.mooring import (
@@ -508,7 +508,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
       InputError: no coefficients, no fit of the radiation, or the platform does not float.
     """
     platform: Platform = turbine.platform
-    potential = read_coefficients(platform.coefficients) if platform.coefficients else None
+    potential = platform_coefficients(platform) if platform.coefficients else None
     if potential is not None:
         check_coefficients(potential, platform, f"{turbine.name}: platform.coefficients")
     c = with_members(potential, platform.members, platform.depth, GRAVITY)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,11 @@ from meltemi.frames.recovery import Recovery, recovery
 from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside
 from meltemi.simulation.channels import Channel
 from meltemi.simulation.parts import Derived
+from meltemi.structure.beam import transfer
+
+if TYPE_CHECKING:
+    from meltemi.frames.definition import Frame
+    from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 
@@ -32,6 +37,19 @@ COMPONENTS = (
     ("moment_z", "N m", "torsion"),
     ("tension", "N", "effective tension: axial force and the pressures of still water on full sections"),
 )
+
+
+SIX = tuple(name for name, _, _ in COMPONENTS[:6])
+
+
+def section_loads(frame: Frame, result: Result) -> dict[tuple[str, str], Float]:
+    """Section loads (T, 6) [N, N m] by member and place, of those sections whose six channels a result has."""
+    channels = {(name, at): [f"member_{name}_{at}_{load}" for load in SIX] for name in frame.members for at in PLACES}
+    return {
+        section: np.stack([result[name] for name in names], axis=1)
+        for section, names in channels.items()
+        if all(name in result for name in names)
+    }
 
 
 @dataclass(frozen=True)
@@ -116,15 +134,14 @@ class Loads:
         m = 3 * len(p.low)
         result = np.zeros((m + 7 + 2 * k, 12))
         bed = np.array([0.0, 0.0, -a.frame.depth])
-        result[:m, 6:] = _wrench(p.place - np.array([0.0, 0.0, self.level]))
-        result[:m, :6] = -_wrench(p.place - bed)
-        base = a.points[-1] - bed
-        result[m : m + 6, :6] = -np.vstack([_wrench(base[None]), np.hstack([np.zeros((3, 3)), np.eye(3)])])
+        # a load does the work of its wrench about a point under the rigid motions of that point
+        result[:m, 6:] = transfer(p.place - np.array([0.0, 0.0, self.level]))[:, :3].reshape(-1, 6)
+        result[:m, :6] = -transfer(p.place - bed)[:, :3].reshape(-1, 6)
+        result[m : m + 6, :6] = -transfer(a.points[-1] - bed)
         nodes, ends = self.constant
-        inertia = (a.mass @ self.below.reshape(k, -1).T).T.reshape(self.below.shape)
-        about = a.points - bed
-        result[m + 6 : m + 6 + k, :6] = _total(inertia, about)
-        result[-1, :6] = -_total((nodes + a.nodal(ends))[None], about)[0]
+        arms = transfer(a.points - bed).reshape(-1, 6)
+        result[m + 6 : m + 6 + k, :6] = (a.mass @ self.below.reshape(k, -1).T).T @ arms
+        result[-1, :6] = -(nodes + a.nodal(ends)).reshape(-1) @ arms
         result[m + 6 + k : -1, :6] = -np.concatenate([np.zeros((k, 3)), self._leaning(still)[2]], axis=1)
         return result
 
@@ -217,17 +234,3 @@ class Loads:
             assert section is not None
             inside = (liquid[0] - z) * liquid[1] * section.hole
         return self.gravity * (outside - inside)
-
-
-def _wrench(place: Float) -> Float:
-    """(3 P, 6) force and moment about the origin by unit forces at places (P, 3)."""
-    result = np.zeros((len(place), 3, 6))
-    result[:, :, :3] = np.eye(3)
-    result[:, :, 3:] = np.cross(place[:, None], np.eye(3)[None])
-    return result.reshape(-1, 6)
-
-
-def _total(loads: Float, place: Float) -> Float:
-    """(k, 6) sums of loads (k, n, 6) at places (n, 3), about the origin."""
-    force = loads[..., :3].sum(axis=1)
-    return np.concatenate([force, (loads[..., 3:] + np.cross(place, loads[..., :3])).sum(axis=1)], axis=1)

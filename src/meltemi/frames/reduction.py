@@ -19,7 +19,7 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
-from meltemi.frames.hull import afloat, by_added_mass, free_mass, rigid_motions
+from meltemi.frames.hull import afloat, free_mass, hull_spread, rigid_motions
 from meltemi.frames.water import NOWHERE, added_mass, pieces
 from meltemi.sea.airy import GRAVITY
 from meltemi.sea.pile_beam import KINDS, first_frequency, grounded, strain_stiffness
@@ -180,10 +180,12 @@ def supported_tower(  # noqa: PLR0913 - as for piles, and what a frame needs bes
     if platform is None:  # that of a floating frame is small, for the water carries it where it is
         modes = replace(modes, stiffness=modes.stiffness + gravity * weight_stiffness(assembly, below))
     member = ModalMember(tuple(names), modes, damping, second, tower_beam(tower), below=below, gravity=gravity)
-    return member if platform is None else _on_platform(member, assembly, mesh, foundation)
+    return member if platform is None else _on_platform(member, assembly, mesh, foundation, platform)
 
 
-def _on_platform(member: ModalMember, assembly: Assembly, mesh: Mesh, foundation: Foundation | None) -> ModalMember:
+def _on_platform(
+    member: ModalMember, assembly: Assembly, mesh: Mesh, foundation: Foundation | None, platform: Any
+) -> ModalMember:
     """The member with the motions of its base, as of one rigid body, after its modes (F-71, F-73, F-74).
 
     The platform's own equations have the inertia of the frame as a rigid body.
@@ -201,7 +203,7 @@ def _on_platform(member: ModalMember, assembly: Assembly, mesh: Mesh, foundation
     vibrating = mass.copy()
     vibrating[:n, :n] = member.modes.mass  # that of free vibration in still water
     modes = replace(base.modes, mass=vibrating, mass_alone=mass)
-    hull = by_added_mass(water).mean(water.moved(assembly, member.below))
+    hull = hull_spread(assembly, platform, water).mean(water.moved(assembly, member.below))
     second = np.zeros_like(base.second)
     second[:n, :n] = member.second
     base = replace(base, below=member.below, gravity=member.gravity, hull=hull)
@@ -217,7 +219,11 @@ def _natural(
     """
     frame, water = reduced(assembly, FIXED_MODES), pieces(assembly)
     still = int(np.searchsorted(water.high, TOLERANCE))
-    wet = frame.mass + added_mass(water, water.moved(assembly, frame.shapes), still)
+    moved = water.moved(assembly, frame.shapes)
+    if platform is None:
+        wet = frame.mass + added_mass(water, moved, still)
+    else:
+        wet = frame.mass + _product(moved, hull_spread(assembly, platform, water).weights)
     # coordinates are those of the tower's nodes, of which the first is the base, then the modes of the frame
     tower, m = 6 * len(mesh.z), len(frame.frequency)
     joined = np.r_[0:6, tower : tower + m]

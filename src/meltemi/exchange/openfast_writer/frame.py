@@ -17,6 +17,7 @@ from meltemi.exchange.openfast_writer.water import MOST_OUTPUTS, STEP, WALL, Rep
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.reduction import frequencies
+from meltemi.frames.water import coefficients_of
 
 Float = NDArray[np.float64]
 MODES = 8
@@ -153,7 +154,7 @@ def wet_members(frame: Frame) -> dict[str, Member]:
     """Beams on which water acts, above the sea bed."""
     content = {}
     for name, member in frame.members.items():
-        dry = member.potential_flow and not _coefficients(frame, member).drag
+        dry = member.potential_flow and not coefficients_of(frame, member).drag
         top = max(frame.joints[joint][2] for joint in member.joints)
         if member.kind == "beam" and not dry and top > -frame.depth:
             content[name] = member
@@ -194,7 +195,7 @@ def water(title: str, frame: Frame, level: float, changed: Report) -> str:
         geometry = [2 if boxed else 1, spin, piece, model, 1, str(each.potential_flow)]
         rows.append([member[name], *(joint[j] for j in each.joints), *numbers, *geometry])
         if model == 3:
-            own[boxed].append([member[name], *_row(_coefficients(frame, each), boxed=boxed, ends=2)])
+            own[boxed].append([member[name], *_row(coefficients_of(frame, each), boxed=boxed, ends=2)])
         surface = (level, frame.water_density) if each.flooded else (each.filled_to, each.fill_density)
         if surface[0] is not None:
             fills.setdefault(surface, []).append(member[name])
@@ -227,10 +228,6 @@ def _axis(frame: Frame, member: Member, joint: str) -> Float:
     d = (a - b) if member.joints[0] == joint else (b - a)
     axis: Float = d / np.linalg.norm(d)
     return axis
-
-
-def _coefficients(frame: Frame, member: Member) -> Coefficients:
-    return frame.hydrodynamics if member.hydrodynamics is None else frame.other_hydrodynamics[member.hydrodynamics]
 
 
 def _row(c: Coefficients, *, boxed: bool = False, ends: int = 1) -> list[Any]:
