@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,6 +17,7 @@ from meltemi.cases.case import LoadCase
 from meltemi.environment import IrregularSea
 from meltemi.exchange.openfast.outlist import _available
 from meltemi.frames.finite_elements import assemble
+from meltemi.frames.loads import Derived
 from meltemi.frames.reduction import tower_base
 from meltemi.gradients.adjoint import gradient
 from meltemi.gradients.sensitivity import finite_difference_runs, sensitivity
@@ -29,7 +30,6 @@ from meltemi.reports.frame_overview import frame_blocks, words_on_ends
 from meltemi.reports.turbine_facts import frame_masses
 from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
-from meltemi.simulation.parts import Derived
 from meltemi.simulation.plan import model_channels
 from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation
@@ -121,7 +121,7 @@ def test_derived_channels_do_not_depend_on_the_number_of_samples_at_a_time() -> 
     sources = [Channel(f"s{i}", "", "-", "", "", "", ("q", "s"), (i,)) for i in range(300)]
     some = Derived(channels[1:], sources, random.normal(size=(300, 410)))
     run: Any = SimpleNamespace(channels=channels, derived=[some])
-    run.derivations = Simulation.derivations.func(run)  # type: ignore[attr-defined]
+    run.derivations = partial(Simulation.derivations, run)
     samples = random.normal(size=(300, 711))
     whole = samples.copy()
     Simulation.derive(run, whole)

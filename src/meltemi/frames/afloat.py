@@ -24,7 +24,7 @@ from meltemi.floating.floater import floater_loads
 from meltemi.floating.waves import excitation
 from meltemi.frames.hull import Bodies, Spread, afloat, bodies_of, by_water_plane, hull_spread, rigid_motions
 from meltemi.frames.kinematics import kinematics
-from meltemi.frames.loads import Loads
+from meltemi.frames.loads import Derived, Loads
 from meltemi.frames.part import FrameBasis, FrameClock, FrameSea, FrameSection, FrameWater, still_forces, wave_forces
 from meltemi.frames.recovery import Recovery
 from meltemi.frames.reduction import tower_base
@@ -36,7 +36,7 @@ from meltemi.sea.conditions import StillWater
 from meltemi.sea.field import amplitudes_at, summed, times
 from meltemi.sea.pile import at, cubic
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.parts import Derived, Part
+from meltemi.simulation.parts import Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs
 from meltemi.structure.beam import transfer

@@ -18,7 +18,6 @@ from meltemi.frames.finite_elements import Assembly
 from meltemi.frames.recovery import Recovery, recovery
 from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.parts import Derived
 from meltemi.structure.beam import transfer
 
 if TYPE_CHECKING:
@@ -27,6 +26,8 @@ if TYPE_CHECKING:
 
 Float = NDArray[np.float64]
 
+BLOCK, MULTIPLE = 128, 16
+"""Number of samples in a block, and what its number of channels is a multiple of."""
 PLACES = {"start": 0.0, "middle": 0.5, "end": 1.0}
 COMPONENTS = (
     ("force_x", "N", "shear along the member's x"),
@@ -50,6 +51,40 @@ def section_loads(frame: Frame, result: Result) -> dict[tuple[str, str], Float]:
         for section, names in channels.items()
         if all(name in result for name in names)
     }
+
+
+@dataclass(frozen=True)
+class Derived:
+    """Channels that are a linear function of others, which a run computes for all its samples at once.
+
+    Attributes:
+      channels: the R channels.
+      sources: the B channels that the time loop records for them.
+      matrix: (B, R) values by those of the sources.
+    """
+
+    channels: Sequence[Channel]
+    sources: Sequence[Channel]
+    matrix: Float
+
+    @cached_property
+    def padded(self) -> Float:
+        """(B, R or more) the matrix with columns of zeros up to a multiple of ``MULTIPLE``."""
+        padded: Float = np.pad(self.matrix, ((0, 0), (0, -len(self.channels) % MULTIPLE)))
+        return padded
+
+    def product(self, values: Float) -> Float:
+        """(T, R) values by those of the sources (T, B), in blocks of one size.
+
+        Sums of a matrix product are rounded by its size: so no value depends on the number of samples at a time.
+        """
+        result = np.zeros((len(values), len(self.channels)))
+        for first in range(0, len(values), BLOCK):
+            rows = values[first : first + BLOCK]
+            block = np.zeros((BLOCK, values.shape[1]))
+            block[: len(rows)] = rows
+            result[first : first + BLOCK] = (block @ self.padded)[: len(rows), : len(self.channels)]
+        return result
 
 
 @dataclass(frozen=True)

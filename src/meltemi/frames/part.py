@@ -38,7 +38,7 @@ from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
-from meltemi.frames.loads import Loads
+from meltemi.frames.loads import Derived, Loads
 from meltemi.frames.reduction import tower_base
 from meltemi.frames.water import Pieces, added_mass, pieces, plates
 from meltemi.maths.rotations import rotation
@@ -46,7 +46,7 @@ from meltemi.maths.vectors import cross, dot
 from meltemi.sea.conditions import Sea, StillWater
 from meltemi.sea.pile import SeaState, at, cubic
 from meltemi.simulation.channels import Channel, channels_of_group
-from meltemi.simulation.parts import Derived, Part
+from meltemi.simulation.parts import Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs, System
 

@@ -146,8 +146,8 @@ class Backwards:
             if by.shape != result.time.shape:
                 raise InputError(f"gradient: {channel}: expected {len(result.time)} derivatives, found {by.shape}")
             adjoints[:, result.names.index(result.channel(channel).name)] += by
-        for columns, sources, matrix in self.simulation.derivations:
-            adjoints[:, sources] += adjoints[:, columns] @ matrix[:, : len(columns)].T
+        for columns, sources, each in self.simulation.derivations():
+            adjoints[:, sources] += adjoints[:, columns] @ each.matrix.T
 
     def segment(self, state: Sequence[Any], steps: int) -> None:
         """Carry the adjoints back over the steps that begin at a state."""

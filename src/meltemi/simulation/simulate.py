@@ -7,10 +7,10 @@ import math
 import platform
 import time as clock_time
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
-from functools import cache, cached_property
+from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from types import FrameType
@@ -41,8 +41,6 @@ if TYPE_CHECKING:
 
 CHUNK_SECONDS = 0.1
 """[s] wall time between checks of progress and keyboard."""
-BLOCK, MULTIPLE = 128, 16
-"""Number of samples of which derived channels are computed at once, and what the number of channels is a multiple of."""
 
 
 @arguments_of(Run)
@@ -208,32 +206,16 @@ class Simulation:
         if self.finished:
             self.close()
 
-    @cached_property
-    def derivations(self) -> list[tuple[list[int], slice, NDArray[np.float64]]]:
-        """Columns (R,) of channels that follow from others, the columns of those (B,), and the matrix (B, R or more).
-
-        The matrix has columns of zeros up to a multiple of ``MULTIPLE``.
-        """
-        place, begin, result = {channel: i for i, channel in enumerate(self.channels)}, len(self.channels), []
+    def derivations(self) -> Iterator[tuple[list[int], slice, Any]]:
+        """Columns of channels that follow from others, columns of those, and how."""
+        place, begin = {channel: i for i, channel in enumerate(self.channels)}, len(self.channels)
         for each in self.derived:
-            columns, end = [place[channel] for channel in each.channels], begin + len(each.sources)
-            matrix = np.pad(each.matrix, ((0, 0), (0, -len(columns) % MULTIPLE)))
-            result.append((columns, slice(begin, end), matrix))
-            begin = end
-        return result
+            yield [place[channel] for channel in each.channels], slice(begin, begin := begin + len(each.sources)), each
 
     def derive(self, samples: NDArray[np.float64]) -> None:
-        """Compute the channels of samples (T, columns) that follow from others.
-
-        In blocks of one size, since sums of a matrix product are rounded by its size: no result depends on the number
-        of samples that come at a time.
-        """
-        for columns, sources, matrix in self.derivations:
-            for first in range(0, len(samples), BLOCK):
-                rows = samples[first : first + BLOCK]
-                block = np.zeros((BLOCK, len(matrix)))
-                block[: len(rows)] = rows[:, sources]
-                rows[:, columns] = (block @ matrix)[: len(rows), : len(columns)]
+        """Compute the channels of samples (T, columns) that follow from others."""
+        for columns, sources, each in self.derivations():
+            samples[:, columns] = each.product(samples[:, sources])
 
     def stream(self, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """March a run without end, piece by piece, in the memory of its output.
