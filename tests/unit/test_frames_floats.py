@@ -16,7 +16,7 @@ from meltemi.environment import RegularSea, StillWater
 from meltemi.floating.coefficients import read_coefficients, write_coefficients
 from meltemi.floating.platform import Body, Platform
 from meltemi.floating.potential import HydroCoefficients
-from meltemi.frames.afloat import FALL, MODES, PLACE, TOWER, WATER, AfloatLoads, in_waves
+from meltemi.frames.afloat import FALL, MODES, PLACE, TOWER, WATER, AfloatLoads, AfloatPart, in_waves
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.hull import (
@@ -199,7 +199,7 @@ def test_section_loads_balance_in_a_tilted_heaving_state() -> None:
     assert member.below is not None
     line = type("Line", (), {"fairlead": np.array([-44.5, 0.0, -10.0])})()
     moored = platform.model_copy(update={"lines": (line,)})
-    loads = AfloatLoads(assembly, pieces(assembly), member.below, GRAVITY, moored, 0.0)
+    loads = AfloatLoads(assembly, pieces(assembly), member.below, member.gravity, moored, 0.0)
     r = recovery(assembly, [("pontoon_A", 0.0)])
     B = loads.by_basis(r, 12, np.zeros((0, 3)))
     k, deep, random = len(member.below), loads.deep, np.random.default_rng(2)
@@ -341,6 +341,7 @@ def test_what_does_not_float_is_refused() -> None:
         afloat(frame, platform.model_copy(update={"depth": 120.0}), BASE)
     with pytest.raises(InputError, match=r"frame: its members, masses and ballast have .* t, but platform.mass"):
         afloat(frame, platform.model_copy(update={"mass": 1e6}), BASE)
+    assert "frame_section" in AfloatPart.afterwards  # linear models and operating points refuse it
     with pytest.raises(InputError, match=r"frame.feet: a frame with a platform floats"):
         afloat(frame.replace(feet=[{"joint": "A_keel"}]), platform, BASE)
 

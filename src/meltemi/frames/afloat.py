@@ -24,19 +24,19 @@ from meltemi.floating.floater import floater_loads
 from meltemi.floating.waves import excitation
 from meltemi.frames.hull import Bodies, Spread, afloat, bodies_of, by_water_plane, hull_spread, rigid_motions
 from meltemi.frames.kinematics import kinematics
-from meltemi.frames.loads import Loads
+from meltemi.frames.loads import Derived, Loads
 from meltemi.frames.part import FrameBasis, FrameClock, FrameSea, FrameSection, FrameWater, still_forces, wave_forces
 from meltemi.frames.recovery import Recovery
 from meltemi.frames.reduction import tower_base
 from meltemi.frames.water import liquid_inside, pieces
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross
-from meltemi.sea.airy import GRAVITY, wave_number
+from meltemi.sea.airy import wave_number
 from meltemi.sea.conditions import StillWater
 from meltemi.sea.field import amplitudes_at, summed, times
 from meltemi.sea.pile import at, cubic
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.parts import Derived, Part
+from meltemi.simulation.parts import Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs
 from meltemi.structure.beam import transfer
@@ -217,6 +217,7 @@ class AfloatPart(Part):
         "frame_section": FrameSection,
         "frame_clock": FrameClock,
     }
+    afterwards: ClassVar[tuple[str, ...]] = ("frame_section",)
     loads: AfloatLoads
     constants: dict[str, Float]
 
@@ -282,9 +283,9 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> AfloatPart:
     """
     assembly = afloat(turbine.frame, turbine.platform, tower_base(turbine.frame, turbine.tower))
     loads = AfloatLoads(
-        assembly, pieces(assembly), rotor.tower.below, GRAVITY, turbine.platform, turbine_weight(turbine)[0]
+        assembly, pieces(assembly), rotor.tower.below, rotor.tower.gravity, turbine.platform, turbine_weight(turbine)[0]
     )
     about = loads.about_mean
-    still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), GRAVITY)
+    still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), loads.gravity)
     added = np.einsum("kpi,lpi->kl", about, loads.spread.weighted(about))
     return AfloatPart(loads, still | {"frame_added": added})
