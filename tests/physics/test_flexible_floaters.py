@@ -10,10 +10,10 @@ import meltemi
 from meltemi import ModelOptions, SteadyWind, Turbine, load_turbine
 from meltemi.analysis import natural_modes
 from meltemi.compiler import View
+from meltemi.floating.moving_base import Base, BaseColumns, TowerBody, TowerMomentum, base_row
 from meltemi.simulation.case import Case
 from meltemi.simulation.result import Result
 from meltemi.simulation.vibrations import vacuum_case
-from meltemi.structure.moving_base import Base, BaseColumns, TowerBody, TowerMomentum, base_row
 from meltemi.structure.tables import BladeNode, StructureParameters
 from meltemi.turbine.exchange import BladeFrame, BladeMotion, Machine
 from meltemi.verification.energy import mechanical_energy

@@ -57,6 +57,7 @@ from meltemi.floating.mooring import (
     string_forces,
 )
 from meltemi.floating.moorings import mooring_tables
+from meltemi.floating.moving_base import add_to_base, moving_base
 from meltemi.floating.platform import Platform
 from meltemi.floating.potential import HydroCoefficients
 from meltemi.floating.radiation import Radiation, fit_radiation
@@ -77,7 +78,6 @@ from meltemi.simulation.step import (
     part_rates,
 )
 from meltemi.simulation.system import March, Outputs
-from meltemi.structure.moving_base import add_to_base, moving_base
 from meltemi.turbine.definition import BaseMotion
 
 Float = NDArray[np.float64]

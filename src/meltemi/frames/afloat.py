@@ -21,6 +21,7 @@ from meltemi.compiler import Array2, Constant, KernelRecord, Numbers, Table, Vec
 from meltemi.floating.balance import turbine_weight
 from meltemi.floating.base import WHOLE_LOAD, FloaterSystem, six
 from meltemi.floating.floater import floater_loads
+from meltemi.floating.moving_base import base_row
 from meltemi.floating.waves import excitation
 from meltemi.frames.hull import Bodies, Spread, afloat, bodies_of, by_water_plane, hull_spread, rigid_motions
 from meltemi.frames.kinematics import kinematics
@@ -40,7 +41,6 @@ from meltemi.simulation.parts import Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs
 from meltemi.structure.beam import transfer
-from meltemi.structure.moving_base import base_row
 
 Float = NDArray[np.float64]
 TOWER, WATER, PLACE, FALL, MODES = 0, 6, 12, 15, 21

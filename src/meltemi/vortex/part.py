@@ -12,10 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from meltemi.aero.air import Air
 from meltemi.compiler import KernelRecord, Table, kernel
-from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Channel
 from meltemi.simulation.induction import InductionPart
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import StateRows
@@ -133,8 +130,8 @@ class VortexPart(InductionPart):
         if not state["fault"]:
             return ""
         return (
-            f"vortex wake: a vortex of blade {state['fault']:.0f}, {state['fault_age']:.1f} s old, was lost: its velocity has grown "
-            "without bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
+            f"vortex wake: a vortex of blade {state['fault']:.0f}, {state['fault_age']:.1f} s old, was lost: its velocity has "
+            "grown without bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
         )
 
 
