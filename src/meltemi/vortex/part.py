@@ -129,9 +129,10 @@ class VortexPart(InductionPart):
         state = case.view("vortex_state")
         if not state["fault"]:
             return ""
+        blade, age = state["fault"], state["fault_age"]
         return (
-            f"vortex wake: a vortex of blade {state['fault']:.0f}, {state['fault_age']:.1f} s old, was lost: its velocity has "
-            "grown without bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
+            f"vortex wake: a vortex of blade {blade:.0f}, {age:.1f} s old, was lost: its velocity has grown without "
+            "bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
         )
 
 

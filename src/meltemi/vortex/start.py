@@ -27,14 +27,14 @@ from meltemi.vortex.wake import (
 )
 
 SHARE, CALM, NEAR = 0.5, 12.0, 0.02
-"""Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at rest;
-relative change of loading and speed up to which the wake stays where it is for other azimuths."""
+"""Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at
+rest; relative change of loading and speed up to which the wake stays where it is for other azimuths."""
 
 
 @settle_induction.variant
 @kernel
 def _(m: VortexSystem) -> None:
-    """Settle the wake for the present motion; where that has changed little since, at another azimuth, by its loading."""
+    """Settle the wake for the present motion; at another azimuth of nearly the same, scale it with the loading."""
     state, azimuth = m.vortex_state, m.machine.azimuth
     loading, speed = mean_circulation(m), m.machine.rotor_speed
     same = abs(loading - state.built_loading) < NEAR * abs(state.built_loading)
