@@ -95,9 +95,10 @@ class VortexOptions(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if not self.lattice <= max(self.free, self.lattice) <= self.length:
+        if max(self.lattice, self.free) > self.length:
+            least = max(self.lattice, self.free)
             raise ValueError(
-                f"expected lattice and free up to length, {self.length:g} revolutions, found {self.lattice:g}, {self.free:g}"
+                f"length: expected lattice and free, {least:g} revolutions, or more, found {self.length:g}"
             )
         return self
 
