@@ -305,7 +305,7 @@ def test_sizes_of_the_zones(turbine: Turbine) -> None:
 
 
 def test_the_velocity_in_a_vortex_cylinder(turbine: Turbine) -> None:
-    """Half of that far behind, for a wake of any length, which a cylinder closes; finer rows and zones change little."""
+    """Half of that far behind, with a wake of any length, which a cylinder closes; finer rows change little."""
     exact = -3.0 * 40.0 / (2.0 * 2.0 * np.pi * WIND)
     short, usual, long = (turning(turbine, length=length)[1] for length in (4.0, 20.0, 40.0))
     assert short != usual
