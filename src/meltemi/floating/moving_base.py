@@ -141,7 +141,7 @@ def top_on_base(m: MovingBase) -> None:
 
 @kernel
 def momentum_of(m: MovingBase, s: Vec, v: Vec, w: Vec) -> tuple[Vec, Vec]:
-    """Linear and angular momentum of the tower with first moment ``s`` about its base, of velocity ``v``, spin ``w``."""
+    """Linear and angular momentum of the tower with first moment ``s`` about its base, of velocity v, spin w."""
     body = m.tower_body
     return body.mass * v + cross(w, s), cross(s, v) + body.inertia @ w
 

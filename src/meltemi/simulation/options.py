@@ -97,9 +97,7 @@ class VortexOptions(Record):
     def _check(self) -> Self:
         if max(self.lattice, self.free) > self.length:
             least = max(self.lattice, self.free)
-            raise ValueError(
-                f"length: expected lattice and free, {least:g} revolutions, or more, found {self.length:g}"
-            )
+            raise ValueError(f"length: expected at least lattice and free, {least:g}, found {self.length:g}")
         return self
 
 
