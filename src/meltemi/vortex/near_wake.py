@@ -58,6 +58,12 @@ FIT_AGES = np.geomspace(2e-3, QUARTER, 60)
 OLDEST = float(AGES[-1])
 ENDLESS = 1e6
 """[s] a step after which the near wake is steady."""
+BEGIN, BEGINS = 0.25, 17
+"""Distance of the far wake from the rotor over its radius in the middle of the table of cylinders; their number."""
+ROUND = 720
+"""Points of the integral around a cylinder."""
+MOST = 2.0
+"""Largest factor of the far wake."""
 STILL = 1e-6
 """[m/s] least speed of a trailing edge through the air, and least mean velocity of the far wake."""
 SWEEPS, SETTLED = 100, 1e-6
@@ -99,7 +105,7 @@ class NearRotor(Table):
     """The near wake of the rotor."""
 
     speed: float = number("m/s", "velocity of the air through the rotor, along the shaft")
-    far_share: float = number("-", "share of momentum's induction in the far wake")
+    factor: float = number("-", "factor of the far wake, with which the thrust is that of the momentum balance")
 
 
 class NearSystem(System):
@@ -107,9 +113,11 @@ class NearSystem(System):
 
     Attributes:
       near_reach: (age, edge, node) [1/m] velocity at a node by the lagged circulations, for a vortex in the rotor plane.
+      near_cylinders: (begin, node, node) velocity at a node, the last, by momentum's velocity of the annulus of another.
+      near_mean: (2, blade, node) [m/s] mean velocities over the annuli by momentum, axial and tangential.
+      near_means, near_entry: these and ``near_matrix`` node by node.
       near_velocity: (blade, node) [m/s] induced velocity of the near wake, normal to the strip, upwind.
       near_matrix: (node or blade, node) columns of the equations of the circulations, then right-hand sides.
-      near_entry: the same, node by node.
     """
 
     near_wake: Single[NearWake]
@@ -118,11 +126,14 @@ class NearSystem(System):
     near_trail: Single[Trail]
     near_nodes: Constant[NearNode]
     near_reach: Constant[Nodes[Array3]]
+    near_cylinders: Constant[Nodes[Array3]]
+    near_mean: Nodes[Array3]
+    near_means: Array3
     near_velocity: Nodes[Array2]
     near_matrix: Nodes[Array2]
     near_entry: Array2
 
-    SAME = {"near_entry": "near_matrix"}  # noqa: RUF012
+    SAME = {"near_means": "near_mean", "near_entry": "near_matrix"}  # noqa: RUF012
 
 
 # velocities ---------------------------------------------------------------------------------------------
@@ -145,10 +156,10 @@ def cosine(radius: float, m: NearSystem) -> float:
 
 @kernel
 def far_wake(m: NearSystem) -> None:
-    """Momentum's mean velocity over the annuli, in the share that leaves the rotor's thrust unchanged (VW-32, VW-33)."""
-    flow, nodes, near, p = m.flow, m.aero_nodes, m.near_rotor, m.near_nodes
+    """Momentum's velocity behind the near wake, by a factor that leaves the rotor's thrust unchanged (VW-32 to VW-34)."""
+    flow, nodes, near, p, mean = m.flow, m.aero_nodes, m.near_rotor, m.near_nodes, m.near_mean
     near.speed = m.rotor.axial_wind * (1.0 - m.rotor.induction)
-    missing, mean = 0.0, 0.0
+    missing, behind = 0.0, 0.0
     for b in range(flow.blades):
         for n in range(flow.nodes):
             vx, vy, phi = flow.vx[b, n], flow.vy[b, n], m.memory.phi[b, n]
@@ -161,15 +172,28 @@ def far_wake(m: NearSystem) -> None:
             F = loss_factor(nodes.tip_number[b, n], nodes.hub_number[b, n], abs(sin(phi)))
             counts = where(nodes.end[b, n] > 0.0, 0.0, 1.0)  # where the loss factor vanishes momentum knows no velocity
             missing += total(counts * (p.weight[n] * a * vx - circulation * trailed))
-            mean += total(counts * p.weight[n] * F * a * vx)
-            flow.steady_axial[b, n] = F * a
-            flow.steady_tangential[b, n] = F * ap
-    some = abs(mean) > STILL
-    near.far_share = min(max(where(some, missing / where(some, mean, 1.0), 1.0), 0.0), 1.0)
+            mean[0, b, n], mean[1, b, n] = F * a * vx, F * ap * vy
+    begin = QUARTER * abs(near.speed) / max(abs(m.machine.rotor_speed) * m.rotor.tip_radius, STILL)
+    place = begin / (begin + BEGIN) * (m.near_cylinders.shape[0] - 1)
+    i = min(whole(place), m.near_cylinders.shape[0] - 2)
+    share = place - i
+    for n in range(flow.nodes):
+        for b in range(flow.blades):
+            flow.steady_axial[b, n] = flow.steady_tangential[b, n] = 0.0 * flow.vx[b, n]
+        for j in range(m.near_cylinders.shape[1]):
+            low = m.near_cylinders[i, j, n]
+            P = low + share * (m.near_cylinders[i + 1, j, n] - low)
+            for b in range(flow.blades):
+                flow.steady_axial[b, n] += P * m.near_means[0, b, j]
+                flow.steady_tangential[b, n] += P * m.near_means[1, b, j]
+        for b in range(flow.blades):
+            behind += total(where(nodes.end[b, n] > 0.0, 0.0, p.weight[n]) * flow.steady_axial[b, n])
+    some = abs(behind) > STILL
+    k = near.factor = min(max(where(some, missing / where(some, behind, 1.0), 1.0), 0.0), MOST)
     for b in range(flow.blades):
         for n in range(flow.nodes):
-            flow.steady_axial[b, n] *= near.far_share
-            flow.steady_tangential[b, n] *= near.far_share
+            flow.steady_axial[b, n] = quotient(k * flow.steady_axial[b, n], flow.vx[b, n])
+            flow.steady_tangential[b, n] = quotient(k * flow.steady_tangential[b, n], flow.vy[b, n])
 
 
 @kernel
@@ -331,13 +355,37 @@ def reach(trail: Float, point: Float) -> Float:
     return np.concatenate([some, steady[None] - some.sum(axis=0, keepdims=True)])
 
 
+def cylinder_velocity(radius: Float, point: Float, distance: float) -> Float:
+    """Velocity along the axis by a half-infinite vortex cylinder, over its strength, upstream of its end (VW-32).
+
+    Args:
+      radius, point: [m] radii of cylinder and point.
+      distance: [m] between the end and the plane of the point.
+    """
+    turn = 2.0 * np.pi * (np.arange(ROUND) + 0.5) / ROUND
+    x, y = radius[..., None], point[..., None]
+    away = np.sqrt(x * x + y * y - 2.0 * x * y * np.cos(turn) + distance * distance)
+    velocity: Float = (x * (x - y * np.cos(turn)) / (away * (away + distance))).mean(axis=-1) / 2.0
+    return velocity
+
+
+def cylinders(edges: Float, point: Float, radius: float) -> Float:
+    """(begin, node, node) velocity at a node by momentum's velocity of other annuli, whose steps are vortex cylinders."""
+    table = np.zeros((BEGINS, len(point), len(point)))
+    table[0] = np.eye(len(point))
+    for i in range(1, BEGINS - 1):
+        begin = radius * BEGIN * i / (BEGINS - 1.0 - i)
+        table[i] = 2.0 * np.diff(cylinder_velocity(edges[:, None], point, begin), axis=0)
+    return table
+
+
 @dataclass(frozen=True)
 class NearPart(Part):
     """A coupled near wake.
 
     Attributes:
       n_blades, n_nodes: numbers of blades and of the nodes of each.
-      reach, nodes: ``near_reach`` and ``near_nodes`` of the record, padded to whole lanes.
+      reach, cylinders, nodes: arrays of the record, padded to whole lanes.
       radius: (edge,) [m] distances of the vortices from the shaft.
     """
 
@@ -346,6 +394,7 @@ class NearPart(Part):
     n_blades: int
     n_nodes: int
     reach: Float
+    cylinders: Float
     nodes: Float
     radius: Float
 
@@ -365,15 +414,15 @@ class NearPart(Part):
             "near_trail": trail,
             "near_nodes": self.nodes,
             "near_reach": self.reach,
+            "near_cylinders": self.cylinders,
+            "near_mean": aligned((2, self.n_blades, padded)),
             "near_velocity": aligned((self.n_blades, padded)),
             "near_matrix": aligned((self.n_nodes + self.n_blades, padded)),
         }
 
     def channels(self) -> Sequence[Channel]:
-        """Share of momentum's induction in the far wake."""
-        return (
-            Channel("far_wake_share", "", "-", "inertial", "", "share of momentum's induction", ("near_rotor", "far_share")),
-        )
+        """Factor of the far wake."""
+        return (Channel("far_wake_factor", "", "-", "inertial", "", "couples near and far wake", ("near_rotor", "factor")),)
 
     def states(self) -> Sequence[StateRows]:
         """States of linear models: four for each vortex."""
@@ -420,4 +469,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> NearPart:
     weight = chord * point * np.diff(edges)
     gain = near_reach.sum(axis=0)[:, :N] @ weight
     nodes[:, :N] = weight, edges[:-1], edges[1:], gain[:-1], gain[1:]
-    return NearPart(n_blades=turbine.n_blades, n_nodes=N, reach=near_reach, nodes=nodes, radius=edges)
+    near_cylinders = np.zeros((BEGINS, N, padded))
+    near_cylinders[..., :N] = cylinders(edges, point, turbine.rotor_radius)
+    return NearPart(turbine.n_blades, N, near_reach, near_cylinders, nodes, edges)
