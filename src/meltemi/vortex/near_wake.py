@@ -1,16 +1,16 @@
-"""The coupled near wake: the vortices that each blade trails over a quarter turn, and momentum's far wake.
+"""The coupled near wake: the vortices that each blade trails over a quarter turn, and momentum's wake behind them.
 
-Momentum sees an annulus, not the blade. Here the circulation of each blade trails vortices from the edges between its
-elements, and their velocity over the first quarter turn, which is that of an arc in closed form, acts at the nodes of
-that blade. What the rest of the wake does is the mean velocity over the annulus by momentum, the loss factor times
-the induction, in one share for the whole rotor: near and far wake together have the thrust of the momentum balance.
+Momentum sees annuli, no blades. Here the circulation of each blade trails vortices from the edges between its elements.
+Their velocity over the first quarter turn, that of an arc in closed form, acts at the nodes of the blade. Behind that,
+momentum's wake begins: its mean velocities over the annuli are those of vortex cylinders that begin a quarter turn
+downstream. One factor for the rotor, near 1, leaves the thrust to the momentum balance.
 
-Of an arc's velocity, the share that is younger than an age follows from few exponential functions of the azimuth, the
-same for all vortices and nodes. So each vortex has four lagged circulations as states. Close to a vortex they change
-within a step, and with them the circulation that feeds them: a step solves for the circulations of all nodes at its
-end, with the slope of attached lift. The circulation is that of the dynamic stall model, which has the shed vorticity.
+How the velocity of an arc builds up follows from four exponential functions of the azimuth, the same for all vortices
+and nodes. So each vortex has four lagged circulations as states. Close to a vortex they change within a step, and with
+them the circulation that feeds them: a step solves for the circulations of all nodes at its end, with the slope of
+attached lift. The circulation is that of the dynamic stall model, which has the lag by the shed vorticity.
 
-Reference: docs/theory/vortices.md (VW-25 to VW-34); Beddoes (1987); Madsen & Rathmann (2004); Pirrung et al. (2016).
+Reference: docs/theory/vortices.md (VW-25 to VW-34); Beddoes (1987); Pirrung et al. (2016); Li et al. (2022, 2025).
 """
 
 from __future__ import annotations
@@ -24,27 +24,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.aero.bem import loss_factor
-from meltemi.aero.polars import coefficient, locate, wrap
-from meltemi.aero.rotor import flapped, induce, induced_velocity, momentum_velocity, quasi_steady, quotient
-from meltemi.compiler import (
-    Array1,
-    Array2,
-    Array3,
-    Constant,
-    Nodes,
-    Numbers,
-    Single,
-    Table,
-    kernel,
-    number,
-    total,
-    where,
-    whole,
-)
+from meltemi.aero.rotor import induce, induced_velocity, momentum_velocity, quasi_steady, quotient
+from meltemi.compiler import Array2, Array3, Constant, Nodes, Numbers, Single, Table, kernel, number, total, where
+from meltemi.compiler.generic import whole
 from meltemi.compiler.tables import numbers
 from meltemi.core.errors import InputError
+from meltemi.simulation.arena import aligned
 from meltemi.simulation.bladed.rotor import BladedRotor, to_lanes
 from meltemi.simulation.channels import Channel
+from meltemi.simulation.induction import settle_part
 from meltemi.simulation.parts import Part, StateRows
 from meltemi.simulation.step import begin_parts_step, part_rates, settle_induction
 from meltemi.simulation.system import System
@@ -52,57 +40,40 @@ from meltemi.simulation.system import System
 Float = NDArray[np.float64]
 QUARTER = 0.5 * np.pi
 AGES = 0.6 / 4.0 ** np.arange(3.0, -1.0, -1.0)
-"""[rad] ages of the exponential functions. Each is four times the one before, so one exponential has all decays."""
+"""[rad] ages of the exponential functions; each is four times the one before, so one exponential has all decays."""
+OLDEST = float(AGES[-1])
 FIT_AGES = np.geomspace(2e-3, QUARTER, 60)
 """[rad] ages at which the functions fit the velocity of the arcs."""
-OLDEST = float(AGES[-1])
 ENDLESS = 1e6
 """[s] a step after which the near wake is steady."""
 BEGIN, BEGINS = 0.25, 17
-"""Distance of the far wake from the rotor over its radius in the middle of the table of cylinders; their number."""
-ROUND = 720
-"""Points of the integral around a cylinder."""
-MOST = 2.0
-"""Largest factor of the far wake."""
-STILL = 1e-6
-"""[m/s] least speed of a trailing edge through the air, and least mean velocity of the far wake."""
-SWEEPS, SETTLED = 100, 1e-6
-"""Evaluations that settle the near wake at the start of a run, at most; [m/s] change at which they end."""
+"""Middle of the table of distances between rotor and far wake, over the radius of the rotor; their number."""
+MOST, STILL = 2.0, 1e-6
+"""Largest factor of the far wake; [m/s] least speed of an edge through the air, and least velocity of the far wake."""
 
 
 class NearWake(Table, axes="blade edge", title="near wake"):
-    """States of the trailing vortices, one for each edge between the elements of a blade."""
+    """States of the trailing vortices, one for each edge of an element of a blade."""
 
-    trailed = numbers(
-        "m^2/s", "state: circulation of the vortex, with the lag of an age of the wake", ("1", "2", "3", "4")
-    )
+    trailed = numbers("m^2/s", "state: circulation of the vortex, with a lag", ("1", "2", "3", "4"))
 
     blades: int
     edges: int
 
 
 class Trail(Table, axes="edge"):
-    """The same edge of all blades."""
+    """What the vortices of all blades have in common."""
 
-    radius: Numbers = number("m", "distance from the shaft")
-    cosine: Numbers = number("-", "cosine of the angle between the vortex and the rotor plane")
-    grown = numbers("-", "share of the new circulation in the states after this step", ("1", "2", "3", "4"))
+    radius: Numbers = number("m", "distance of the edge from the shaft")
+    cosine: Numbers = number("-", "cosine of its angle to the rotor plane, negative if the rotor turns back")
+    rate: Numbers = number("rad/s", "rate at which the vortex ages: speed of the edge through the air over its radius")
+    grown = numbers("-", "share of the circulation in the states after a step; 1/s: its rate", ("1", "2", "3", "4"))
 
     edges: int
 
 
-class NearNode(Table, axes="node"):
-    """Constants of the nodes for the share of the far wake."""
-
-    weight: Numbers = number("m^3", "change of the rotor's thrust with the velocity at the node, in proportion")
-    inner_radius: Numbers = number("m", "distance of the inner edge from the shaft")
-    outer_radius: Numbers = number("m", "distance of the outer edge")
-    inner_gain: Numbers = number("m^2", "sum over the nodes of weight and velocity of a quarter turn from there")
-    outer_gain: Numbers = number("m^2", "the same from the outer edge")
-
-
 class NearRotor(Table):
-    """The near wake of the rotor."""
+    """Coupling of near and far wake."""
 
     speed: float = number("m/s", "velocity of the air through the rotor, along the shaft")
     factor: float = number("-", "factor of the far wake, with which the thrust is that of the momentum balance")
@@ -112,24 +83,23 @@ class NearSystem(System):
     """A turbine with a coupled near wake.
 
     Attributes:
-      near_reach: (age, edge, node) [1/m] velocity at a node by the lagged circulations, for a vortex in the rotor plane.
-      near_cylinders: (begin, node, node) velocity at a node, the last, by momentum's velocity of the annulus of another.
+      near_reach: (age, edge, node) [1/m] velocity at a node by lagged circulations of a vortex in the rotor plane.
+      near_cylinders: (distance, node, node) velocity at the last node by momentum's velocity of the first one's annulus.
+      near_velocity: (blade, node) [m/s] velocity of the near wake, normal to the strip, upwind.
       near_mean: (2, blade, node) [m/s] mean velocities over the annuli by momentum, axial and tangential.
-      near_means, near_entry: these and ``near_matrix`` node by node.
-      near_velocity: (blade, node) [m/s] induced velocity of the near wake, normal to the strip, upwind.
       near_matrix: (node or blade, node) columns of the equations of the circulations, then right-hand sides.
+      near_means, near_entry: the last two, node by node.
     """
 
     near_wake: Single[NearWake]
     d_near_wake: Single[NearWake]
     near_rotor: NearRotor
     near_trail: Single[Trail]
-    near_nodes: Constant[NearNode]
     near_reach: Constant[Nodes[Array3]]
     near_cylinders: Constant[Nodes[Array3]]
+    near_velocity: Nodes[Array2]
     near_mean: Nodes[Array3]
     near_means: Array3
-    near_velocity: Nodes[Array2]
     near_matrix: Nodes[Array2]
     near_entry: Array2
 
@@ -143,51 +113,58 @@ class NearSystem(System):
 @kernel
 def _(t: float, m: NearSystem) -> None:
     quasi_steady(t, m)
-    far_wake(m)
     trail_velocity(m)
+    far_wake(m)
 
 
 @kernel
-def cosine(radius: float, m: NearSystem) -> float:
-    """Cosine of the angle between a vortex trailed at a radius and the rotor plane, negative if it turns back (VW-28)."""
-    along, across = m.machine.rotor_speed * radius, m.near_rotor.speed
-    return along / sqrt(along * along + across * across + STILL * STILL)
+def over_ages(x1: float, x2: float, x3: float, x4: float, m: NearSystem, e: int, n: int) -> float:
+    """Sum over the ages at a node, for a vortex."""
+    reach = m.near_reach
+    return reach[0, e, n] * x1 + reach[1, e, n] * x2 + (reach[2, e, n] * x3 + reach[3, e, n] * x4)
+
+
+@kernel
+def trail_velocity(m: NearSystem) -> None:
+    """Velocity of the trailed vortices at the nodes of their blade (VW-27, VW-28)."""
+    trail, G = m.near_trail, m.near_wake.trailed
+    across = m.near_rotor.speed = m.rotor.axial_wind * (1.0 - m.rotor.induction)
+    for e in range(trail.edges):
+        along = m.machine.rotor_speed * trail.radius[e]
+        speed = sqrt(along * along + across * across + STILL * STILL)
+        trail.cosine[e], trail.rate[e] = along / speed, speed / trail.radius[e]
+    for b in range(m.flow.blades):
+        for n in range(m.flow.nodes):
+            w = 0.0
+            for e in range(trail.edges):
+                w += trail.cosine[e] * over_ages(G[0, b, e], G[1, b, e], G[2, b, e], G[3, b, e], m, e, n)
+            m.near_velocity[b, n] = w
 
 
 @kernel
 def far_wake(m: NearSystem) -> None:
-    """Momentum's velocity behind the near wake, by a factor that leaves the rotor's thrust unchanged (VW-32 to VW-34)."""
-    flow, nodes, near, p, mean = m.flow, m.aero_nodes, m.near_rotor, m.near_nodes, m.near_mean
-    near.speed = m.rotor.axial_wind * (1.0 - m.rotor.induction)
-    missing, behind = 0.0, 0.0
-    for b in range(flow.blades):
-        for n in range(flow.nodes):
-            vx, vy, phi = flow.vx[b, n], flow.vy[b, n], m.memory.phi[b, n]
-            a, ap, alpha = flow.steady_axial[b, n], flow.steady_tangential[b, n], phi - flow.theta[b, n]
-            added, _ = flapped(alpha, m, b, n)
-            lift = coefficient(m.polars.lift, whole(nodes.polar[b, n]), locate(wrap(alpha), m)) + added.lift
-            un, ut = (1.0 - a) * vx, (1.0 + ap) * vy
-            circulation = 0.5 * nodes.chord[b, n] * sqrt(un * un + ut * ut) * lift
-            trailed = cosine(p.outer_radius[n], m) * p.outer_gain[n] - cosine(p.inner_radius[n], m) * p.inner_gain[n]
-            F = loss_factor(nodes.tip_number[b, n], nodes.hub_number[b, n], abs(sin(phi)))
-            counts = where(nodes.end[b, n] > 0.0, 0.0, 1.0)  # where the loss factor vanishes momentum knows no velocity
-            missing += total(counts * (p.weight[n] * a * vx - circulation * trailed))
-            mean[0, b, n], mean[1, b, n] = F * a * vx, F * ap * vy
+    """Momentum's velocity behind the near wake, by the factor that leaves the thrust to momentum (VW-32 to VW-34)."""
+    flow, nodes, near, mean, table = m.flow, m.aero_nodes, m.near_rotor, m.near_mean, m.near_cylinders
     begin = QUARTER * abs(near.speed) / max(abs(m.machine.rotor_speed) * m.rotor.tip_radius, STILL)
-    place = begin / (begin + BEGIN) * (m.near_cylinders.shape[0] - 1)
-    i = min(whole(place), m.near_cylinders.shape[0] - 2)
-    share = place - i
+    place = begin / (begin + BEGIN) * (table.shape[0] - 1)
+    i = min(whole(place), table.shape[0] - 2)
+    missing, behind = 0.0, 0.0
     for n in range(flow.nodes):
         for b in range(flow.blades):
-            flow.steady_axial[b, n] = flow.steady_tangential[b, n] = 0.0 * flow.vx[b, n]
-        for j in range(m.near_cylinders.shape[1]):
-            low = m.near_cylinders[i, j, n]
-            P = low + share * (m.near_cylinders[i + 1, j, n] - low)
+            a, ap = flow.steady_axial[b, n], flow.steady_tangential[b, n]
+            F = loss_factor(nodes.tip_number[b, n], nodes.hub_number[b, n], abs(sin(m.memory.phi[b, n])))
+            mean[0, b, n], mean[1, b, n] = F * a * flow.vx[b, n], F * ap * flow.vy[b, n]
+            missing += total(thrust_weight(m, b, n) * (a * flow.vx[b, n] - m.near_velocity[b, n]))
+    for n in range(flow.nodes):
+        for b in range(flow.blades):
+            flow.steady_axial[b, n] = flow.steady_tangential[b, n] = 0.0
+        for j in range(table.shape[1]):
+            P = table[i, j, n] + (place - i) * (table[i + 1, j, n] - table[i, j, n])
             for b in range(flow.blades):
                 flow.steady_axial[b, n] += P * m.near_means[0, b, j]
                 flow.steady_tangential[b, n] += P * m.near_means[1, b, j]
         for b in range(flow.blades):
-            behind += total(where(nodes.end[b, n] > 0.0, 0.0, p.weight[n]) * flow.steady_axial[b, n])
+            behind += total(thrust_weight(m, b, n) * flow.steady_axial[b, n])
     some = abs(behind) > STILL
     k = near.factor = min(max(where(some, missing / where(some, behind, 1.0), 1.0), 0.0), MOST)
     for b in range(flow.blades):
@@ -197,25 +174,16 @@ def far_wake(m: NearSystem) -> None:
 
 
 @kernel
-def trail_velocity(m: NearSystem) -> None:
-    """Induced velocity of the trailed vortices at the nodes of their blade (VW-27, VW-28)."""
-    flow, trail, reach, w = m.flow, m.near_trail, m.near_reach, m.near_velocity
-    for e in range(trail.edges):
-        trail.cosine[e] = cosine(trail.radius[e], m)
-    for b in range(flow.blades):
-        for n in range(flow.nodes):
-            w[b, n] = 0.0 * flow.vx[b, n]
-        for e in range(trail.edges):
-            c, G = trail.cosine[e], m.near_wake.trailed
-            x1, x2, x3, x4 = c * G[0, b, e], c * G[1, b, e], c * G[2, b, e], c * G[3, b, e]
-            for n in range(flow.nodes):
-                w[b, n] += reach[0, e, n] * x1 + reach[1, e, n] * x2 + (reach[2, e, n] * x3 + reach[3, e, n] * x4)
+def thrust_weight(m: NearSystem, b: int, n: int) -> float:
+    """[m^3] change of the thrust by the induced velocity at a node, in proportion; none where momentum is blocked."""
+    nodes = m.aero_nodes
+    return where(nodes.end[b, n] > 0.0, 0.0, nodes.length[b, n] * nodes.chord[b, n] * m.flow.radius[b, n])
 
 
 @induced_velocity.variant
 @kernel
 def _(dt: float, m: NearSystem, sin_skew: float, b: int, n: int) -> tuple[float, float]:
-    """Far wake with dynamic inflow and skew, and the near wake, whose velocity is across the vortices."""
+    """The far wake with dynamic inflow and skew, and the near wake, whose velocity is across its vortices."""
     wx, wy = momentum_velocity(dt, m, sin_skew, b, n)
     near = m.rotor.fade * m.near_velocity[b, n]
     return wx + near, wy + near * quotient(m.near_rotor.speed, m.machine.rotor_speed * m.flow.radius[b, n])
@@ -225,50 +193,38 @@ def _(dt: float, m: NearSystem, sin_skew: float, b: int, n: int) -> tuple[float,
 
 
 @kernel
-def trail_speed(e: int, m: NearSystem) -> float:
-    """[rad/s] speed of an edge through the air over its radius: the rate at which its vortex ages."""
-    along, across, r = m.machine.rotor_speed * m.near_trail.radius[e], m.near_rotor.speed, m.near_trail.radius[e]
-    return sqrt(along * along + across * across) / r
-
-
-@kernel
 def circulations(dt: float, m: NearSystem) -> None:
-    """Circulations of all nodes after ``dt``, by one Newton step (VW-31); they are the last columns of the matrix.
+    """Circulations of all nodes after ``dt``, by a Newton step (VW-31); they are the last columns of the matrix.
 
-    The equations G + S (w(G) - w) = G_now have the same matrix for all blades. It has rows in lanes, and each column in
-    turn is eliminated from all other rows.
+    All blades have the matrix of the first one. Its rows are in lanes; a column after the other is eliminated from all
+    other rows.
     """
-    flow, nodes, trail, reach, A, at = m.flow, m.aero_nodes, m.near_trail, m.near_reach, m.near_matrix, m.near_entry
-    N = trail.edges - 1
+    flow, nodes, trail, A, at = m.flow, m.aero_nodes, m.near_trail, m.near_matrix, m.near_entry
+    c, g, G, N = trail.cosine, trail.grown, m.near_wake.trailed, trail.edges - 1
     for e in range(trail.edges):
-        decay = exp(-trail_speed(e, m) * dt / OLDEST)
+        decay = exp(-trail.rate[e] * dt / OLDEST)
         for k in range(3, -1, -1):
-            trail.grown[k, e] = 1.0 - decay
+            g[k, e] = 1.0 - decay
             decay *= decay
             decay *= decay
     for n in range(flow.nodes):
         S = 0.5 * nodes.chord[0, n] * m.section.slope[whole(nodes.polar[0, n])]
+        for b in range(flow.blades):
+            A[N + b, n] = 0.5 * nodes.chord[b, n] * flow.speed[b, n] * flow.lift[b, n]
         inner = 0.0 * S
         for e in range(trail.edges):
-            c, g = trail.cosine[e], trail.grown
-            x = reach[0, e, n] * g[0, e] + reach[1, e, n] * g[1, e] + (reach[2, e, n] * g[2, e] + reach[3, e, n] * g[3, e])
-            outer = c * S * x
+            outer = c[e] * S * over_ages(g[0, e], g[1, e], g[2, e], g[3, e], m, e, n)
             if e > 0:
                 A[e - 1, n] = outer - inner
             inner = outer
-        for b in range(flow.blades):
-            A[N + b, n] = 0.5 * nodes.chord[b, n] * flow.speed[b, n] * flow.lift[b, n]
-            for e in range(trail.edges):
-                c, g, G = trail.cosine[e], trail.grown, m.near_wake.trailed
-                x1, x2 = c * g[0, e] * G[0, b, e], c * g[1, e] * G[1, b, e]
-                x3, x4 = c * g[2, e] * G[2, b, e], c * g[3, e] * G[3, b, e]
-                x = reach[0, e, n] * x1 + reach[1, e, n] * x2 + (reach[2, e, n] * x3 + reach[3, e, n] * x4)
-                A[N + b, n] += S * x
+            for b in range(flow.blades):
+                x1, x2, x3, x4 = g[0, e] * G[0, b, e], g[1, e] * G[1, b, e], g[2, e] * G[2, b, e], g[3, e] * G[3, b, e]
+                A[N + b, n] += c[e] * S * over_ages(x1, x2, x3, x4, m, e, n)
     for i in range(N):
         at[i, i] += 1.0
     for i in range(N):
         pivot = at[i, i]
-        at[i, i] = pivot - 1.0  # then the row i keeps the factor itself
+        at[i, i] = pivot - 1.0  # then row i keeps the factor itself
         for j in range(i + 1, N + flow.blades):
             factor = at[j, i] / pivot
             for n in range(flow.nodes):
@@ -276,26 +232,29 @@ def circulations(dt: float, m: NearSystem) -> None:
 
 
 @kernel
-def advance(dt: float, m: NearSystem) -> None:
-    """Advance the states by ``dt`` (VW-30)."""
-    circulations(dt, m)
-    trail, at, N = m.near_trail, m.near_entry, m.near_trail.edges - 1
+def changes(m: NearSystem) -> None:
+    """Changes of the states towards the circulations of :func:`circulations`, by the shares ``grown`` (VW-30)."""
+    trail, G, N = m.near_trail, m.near_wake.trailed, m.near_trail.edges - 1
     for b in range(m.near_wake.blades):
-        inner = 0.0
+        inner, outer = 0.0, 0.0
         for e in range(trail.edges):
-            outer = 0.0
+            inner, outer = outer, 0.0
             if e < N:
-                outer = at[N + b, e]
+                outer = m.near_entry[N + b, e]
             for k in range(4):
-                G = m.near_wake.trailed[k, b, e]
-                m.near_wake.trailed[k, b, e] = G + trail.grown[k, e] * (inner - outer - G)
-            inner = outer
+                m.d_near_wake.trailed[k, b, e] = trail.grown[k, e] * (inner - outer - G[k, b, e])
 
 
 @begin_parts_step.variant
 @kernel
-def _(dt: float, m: NearSystem) -> None:
-    advance(dt, m)
+def advance(dt: float, m: NearSystem) -> None:
+    """Advance the states by ``dt`` [s]."""
+    circulations(dt, m)
+    changes(m)
+    for b in range(m.near_wake.blades):
+        for e in range(m.near_wake.edges):
+            for k in range(4):
+                m.near_wake.trailed[k, b, e] += m.d_near_wake.trailed[k, b, e]
 
 
 @settle_induction.variant
@@ -308,29 +267,23 @@ def _(m: NearSystem) -> None:
 @kernel
 def _(m: NearSystem) -> None:
     circulations(0.0, m)  # those of the last evaluation
-    at, N = m.near_entry, m.near_trail.edges - 1
-    for b in range(m.near_wake.blades):
-        inner = 0.0
-        for e in range(m.near_trail.edges):
-            outer = 0.0
-            if e < N:
-                outer = at[N + b, e]
-            rate = trail_speed(e, m) / OLDEST
-            for k in range(3, -1, -1):
-                m.d_near_wake.trailed[k, b, e] = rate * (inner - outer - m.near_wake.trailed[k, b, e])
-                rate *= 4.0
-            inner = outer
+    for e in range(m.near_trail.edges):
+        rate = m.near_trail.rate[e] / OLDEST
+        for k in range(3, -1, -1):
+            m.near_trail.grown[k, e] = rate
+            rate *= 4.0
+    changes(m)
 
 
 # the part -----------------------------------------------------------------------------------------------
 
 
 def arc_velocity(trail: Float, point: Float, azimuth: Float) -> Float:
-    """[1/m] velocity at a radius on the blade by a vortex of unit circulation, from another radius over an arc (VW-26).
+    """[1/m] velocity at a radius on the blade by a vortex of unit circulation, an arc in the rotor plane (VW-26).
 
     Args:
-      trail, point: [m] radii of vortex and point.
-      azimuth: [rad] length of the arc, in the rotor plane.
+      trail, point: [m] radii of the vortex and of the point.
+      azimuth: [rad] length of the arc, which begins at the blade.
 
     Returns:
       Velocity normal to the plane, upwind if the vortex is outside the point.
@@ -346,36 +299,34 @@ def arc_velocity(trail: Float, point: Float, azimuth: Float) -> Float:
 
 def reach(trail: Float, point: Float) -> Float:
     """(age, edge, node) [1/m] velocities by the lagged circulations: a fit whose steady value is exact (VW-29)."""
-    x, y = trail[:, None], point[None, :]
-    steady = arc_velocity(x, y, np.array(QUARTER))
-    younger = arc_velocity(x[..., None], y[..., None], FIT_AGES)
+    x, y = trail[:, None, None], point[:, None]
+    steady, younger = arc_velocity(x, y, np.array([QUARTER])), arc_velocity(x, y, FIT_AGES)
     share = 1.0 - np.exp(-FIT_AGES[:, None] / AGES)
-    rest = younger - steady[..., None] * share[:, -1]
-    some = np.einsum("ka,ena->ken", np.linalg.pinv(share[:, :-1] - share[:, -1:]), rest)
-    return np.concatenate([some, steady[None] - some.sum(axis=0, keepdims=True)])
+    fit = np.linalg.pinv(share[:, :-1] - share[:, -1:])
+    some = np.einsum("ka,ena->ken", fit, younger - steady * share[:, -1])
+    return np.concatenate([some, steady[None, ..., 0] - some.sum(axis=0, keepdims=True)])
 
 
 def cylinder_velocity(radius: Float, point: Float, distance: float) -> Float:
-    """Velocity along the axis by a half-infinite vortex cylinder, over its strength, upstream of its end (VW-32).
+    """Axial velocity by a half-infinite vortex cylinder over its strength, at a distance [m] before its begin (VW-32).
 
     Args:
-      radius, point: [m] radii of cylinder and point.
-      distance: [m] between the end and the plane of the point.
+      radius, point: [m] radii of the cylinder and of the point.
     """
-    turn = 2.0 * np.pi * (np.arange(ROUND) + 0.5) / ROUND
+    turn = 2.0 * np.pi * (np.arange(720) + 0.5) / 720.0
     x, y = radius[..., None], point[..., None]
     away = np.sqrt(x * x + y * y - 2.0 * x * y * np.cos(turn) + distance * distance)
-    velocity: Float = (x * (x - y * np.cos(turn)) / (away * (away + distance))).mean(axis=-1) / 2.0
+    velocity: Float = 0.5 * (x * (x - y * np.cos(turn)) / (away * (away + distance))).mean(axis=-1)
     return velocity
 
 
 def cylinders(edges: Float, point: Float, radius: float) -> Float:
-    """(begin, node, node) velocity at a node by momentum's velocity of other annuli, whose steps are vortex cylinders."""
+    """(distance, node, node) velocity at a node by momentum's in another's annulus, between two cylinders (VW-33)."""
     table = np.zeros((BEGINS, len(point), len(point)))
     table[0] = np.eye(len(point))
     for i in range(1, BEGINS - 1):
-        begin = radius * BEGIN * i / (BEGINS - 1.0 - i)
-        table[i] = 2.0 * np.diff(cylinder_velocity(edges[:, None], point, begin), axis=0)
+        distance = radius * BEGIN * i / (BEGINS - 1.0 - i)
+        table[i] = 2.0 * np.diff(cylinder_velocity(edges[:, None], point, distance), axis=0)
     return table
 
 
@@ -384,50 +335,44 @@ class NearPart(Part):
     """A coupled near wake.
 
     Attributes:
-      n_blades, n_nodes: numbers of blades and of the nodes of each.
-      reach, cylinders, nodes: arrays of the record, padded to whole lanes.
+      n_blades: number of blades.
       radius: (edge,) [m] distances of the vortices from the shaft.
+      reach, cylinders: arrays of the record, padded to whole lanes.
     """
 
     system: ClassVar[Any] = NearSystem
     signals: ClassVar[dict[str, type[Table]]] = {"near_wake": NearWake, "near_rotor": NearRotor}
     n_blades: int
-    n_nodes: int
+    radius: Float
     reach: Float
     cylinders: Float
-    nodes: Float
-    radius: Float
 
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """Shapes of the signals."""
-        sizes = {"blade": self.n_blades, "edge": len(self.radius)}
-        return {name: table.shape(**sizes) for name, table in self.signals.items()}
+        return {name: table.shape(blade=self.n_blades, edge=len(self.radius)) for name, table in self.signals.items()}
 
     def arrays(self) -> dict[str, Any]:
         """All other arrays of its records."""
-        from meltemi.simulation.arena import aligned
-
-        padded, trail = self.reach.shape[-1], Trail.zeros(edge=len(self.radius))
+        trail, (_, nodes, padded) = Trail.zeros(edge=len(self.radius)), self.cylinders.shape
         trail[Trail.index("radius")] = self.radius
         return {
-            "d_near_wake": NearWake.zeros(blade=self.n_blades, edge=len(self.radius)),
+            "d_near_wake": np.zeros(self.shapes()["near_wake"]),
             "near_trail": trail,
-            "near_nodes": self.nodes,
             "near_reach": self.reach,
             "near_cylinders": self.cylinders,
-            "near_mean": aligned((2, self.n_blades, padded)),
             "near_velocity": aligned((self.n_blades, padded)),
-            "near_matrix": aligned((self.n_nodes + self.n_blades, padded)),
+            "near_mean": aligned((2, self.n_blades, padded)),
+            "near_matrix": aligned((nodes + self.n_blades, padded)),
         }
 
     def channels(self) -> Sequence[Channel]:
         """Factor of the far wake."""
-        return (Channel("far_wake_factor", "", "-", "inertial", "", "couples near and far wake", ("near_rotor", "factor")),)
+        return (Channel("far_wake_factor", "", "-", "inertial", "", "near and far wake", ("near_rotor", "factor")),)
 
     def states(self) -> Sequence[StateRows]:
         """States of linear models: four for each vortex."""
-        shape = self.shapes()["near_wake"]
-        names = tuple(f"blade {b + 1} vortex {e + 1} circulation {k + 1}" for k, b, e in np.ndindex(*shape))
+        each = np.ndindex(*self.shapes()["near_wake"])
+        names = tuple(f"blade {b + 1} vortex {e + 1} circulation {k + 1}" for k, b, e in each)
         return (StateRows("near_wake", "d_near_wake", names, ("m^2/s",) * len(names)),)
 
     def begin(self, case: Any) -> None:
@@ -436,18 +381,9 @@ class NearPart(Part):
         Raises:
           InputError: the turbine has an induction model besides.
         """
-        names = [type(part).__name__ for part in case.parts if part.replaces_momentum]
-        if names:
-            raise InputError(f"wake near: it needs momentum's far wake, which {names[0]} replaces; remove one of both")
-        accelerations = case["a"].copy()
-        case.evaluate(0.0)
-        for _ in range(SWEEPS):
-            before = case["near_velocity"].copy()
-            settle_induction(case.system)
-            case.evaluate(0.0)
-            if not np.max(np.abs(case["near_velocity"] - before)) > SETTLED:
-                break
-        case["a"][:] = accelerations  # those of steady operation are prescribed, not those of the instant
+        for part in (part for part in case.parts if part.replaces_momentum):
+            raise InputError(f"wake near: it needs momentum, which {type(part).__name__} replaces; remove one of them")
+        settle_part(case, "near_velocity")
 
 
 def part_of(turbine: Any, options: Any, rotor: Any) -> NearPart:
@@ -458,17 +394,10 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> NearPart:
     """
     if not isinstance(rotor, BladedRotor):
         raise InputError(f"{turbine.name}: wake near needs blades, not a power coefficient")
-    layout, hub, N = rotor.blade_layout, turbine.hub.radius, rotor.n_nodes
-    edges = np.maximum(hub + layout.edges, 1e-3 * turbine.rotor_radius)
-    # a node at the end of the blade, where a vortex leaves, stands for the middle of its element
-    at_end = np.isin(layout.position, layout.edges[[0, -1]])
-    point = np.where(at_end, 0.5 * (edges[1:] + edges[:-1]), hub + layout.position)
-    padded, chord = to_lanes(N, True), rotor.aero_nodes[0, 0]
-    near_reach, nodes = np.zeros((len(AGES), N + 1, padded)), NearNode.zeros(node=padded)
-    near_reach[..., :N] = reach(edges, point)
-    weight = chord * point * np.diff(edges)
-    gain = near_reach.sum(axis=0)[:, :N] @ weight
-    nodes[:, :N] = weight, edges[:-1], edges[1:], gain[:-1], gain[1:]
-    near_cylinders = np.zeros((BEGINS, N, padded))
-    near_cylinders[..., :N] = cylinders(edges, point, turbine.rotor_radius)
-    return NearPart(turbine.n_blades, N, near_reach, near_cylinders, nodes, edges)
+    layout, N, missing = rotor.blade_layout, rotor.n_nodes, to_lanes(rotor.n_nodes, True) - rotor.n_nodes
+    edges = np.maximum(turbine.hub.radius + layout.edges, 1e-3 * turbine.rotor_radius)
+    # a node at an end of the blade, where a vortex leaves, stands for the middle of its element
+    at_end = np.isin(layout.position, layout.edges[[0, N]])
+    point = np.where(at_end, 0.5 * (edges[1:] + edges[:-1]), turbine.hub.radius + layout.position)
+    arrays = reach(edges, point), cylinders(edges, point, turbine.rotor_radius)
+    return NearPart(turbine.n_blades, edges, *(np.pad(array, ((0, 0), (0, 0), (0, missing))) for array in arrays))
