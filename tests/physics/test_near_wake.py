@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 import meltemi
 from meltemi import InputError, Model, ModelOptions, Run, Simulation, Start, SteadyWind, Turbine, TurbulentWind
-from meltemi.aero.tables import AeroNode, PolarPoint, SectionConstants
+from meltemi.aero.tables import AeroNode, BladeFlow, PolarPoint, SectionConstants
 from meltemi.analysis import linearise, operating_point
 from meltemi.compiler import interpreted
 from meltemi.control import ConstantController
@@ -24,12 +24,14 @@ from meltemi.io import restore_state, save_state
 from meltemi.simulation.case import Case
 from meltemi.simulation.simulate import march
 from meltemi.simulation.step import begin_parts_step
+from meltemi.vortex.near_wake import part_of
 
 pytestmark = pytest.mark.long  # machine code of a turbine with this part
 compiled = pytest.mark.skipif(interpreted(), reason="takes too long in plain Python, or has derivatives")
 Float = NDArray[np.float64]
 OLAF = REFERENCE / "olaf" / "rigid_12.npz"
 SPEED, WIND, RADIUS = 12.1 * np.pi / 30.0, 12.0, 63.0
+LOADS = [BladeFlow.index(name) for name in ("alpha", "normal_force", "driving_force", "pitching_moment")]
 LOCKED = ("tower", "blades", "yaw", "drivetrain", "generator")
 RIGID = ModelOptions(stall="static", tower_influence="none", tower_nodes=3, locked=LOCKED)
 STEADY = SteadyWind(speed=WIND, shear_exponent=0.0)
@@ -188,7 +190,7 @@ def test_nodes_at_the_ends_and_no_loss_factors(flat: Turbine, near: Case) -> Non
     without = settled(flat, "near", tip_loss=False, hub_loss=False)
     bare = settled(flat, "momentum", tip_loss=False, hub_loss=False)
     assert thrust(without) == pytest.approx(thrust(bare), rel=0.005)
-    assert np.all(circulation(without)[0, -1] < 0.8 * circulation(bare)[0, -1])  # the vortices unload the tip
+    assert np.all(circulation(without)[0, -1] < 0.9 * circulation(bare)[0, -1])  # the vortices unload the tip
 
 
 # steps ------------------------------------------------------------------------------------------------------
@@ -207,7 +209,7 @@ def pitched(case: Case, dt: float, duration: float, change: float = np.radians(3
 
 
 def test_a_step_follows_within_a_quarter_turn_and_first_at_the_tip(flat: Turbine) -> None:
-    """Two thirds of the change in a tenth of a second at the tip; at mid-span later; the far wake takes seconds."""
+    """At once at the tip, in a tenth of a turn at mid-span; the far wake takes seconds."""
     case = settled(flat, "near")
     before, dt = case["near_velocity"][0, :20].copy(), 0.02
     found = pitched(case, dt, 2.0)
@@ -215,8 +217,8 @@ def test_a_step_follows_within_a_quarter_turn_and_first_at_the_tip(flat: Turbine
     share = (found - before) / change
     tip, middle = 19, 8
     assert change[tip] < -0.3 and change[middle] < -0.02
-    reached = [int(np.argmax(share[:, n] > 0.63)) * dt for n in (tip, middle)]
-    assert reached[0] < 0.15 < 0.2 < reached[1] < 1.0
+    reached = [int(np.argmax(share[:, n] > 0.63) + 1) * dt for n in (tip, middle)]
+    assert reached[0] < 0.05 < 0.1 < reached[1] < 0.5
     far = case["inflow"][1, 0, 12]
     assert abs(found[-1] - found[-5])[tip] < 0.02 * abs(change[tip])
     case.settle(0.0)
@@ -232,7 +234,7 @@ def test_the_time_step_is_of_first_order(flat: Turbine) -> None:
 
 def test_fine_nodes_and_long_steps_are_stable(flat: Turbine) -> None:
     """By the implicit circulations: with a lift slope of zero, explicitly, the same steps diverge."""
-    case = settled(flat, "near", blade_nodes=60, inflow="none")
+    case = settled(flat, "near", blade_nodes=60, inflow="quasi_steady")
     steady = case["near_velocity"][0, :60].copy()
     model = case.model
     section = model.rotor.section.copy()
@@ -279,7 +281,8 @@ def test_stopped_idling_and_reversed_rotors(flat: Turbine, rotor_speed: float, w
         near.evaluate(0.0, 0.05)
     assert np.all(np.isfinite(near["flow"])) and np.all(np.isfinite(near["near_wake"]))
     if abs(rotor_speed) * RADIUS < abs(wind):
-        np.testing.assert_allclose(near["flow"], settled(flat, "momentum", air, start)["flow"], atol=1e-6, rtol=1e-9)
+        momentum = settled(flat, "momentum", air, start)
+        np.testing.assert_allclose(near["flow"][LOADS], momentum["flow"][LOADS], atol=1e-3, rtol=1e-9)
         assert thrust(near) == pytest.approx(thrust(none), rel=1e-9, abs=1e-3)
 
 
@@ -297,7 +300,7 @@ def test_yaw_and_shear_move_the_flap_moment_less_than_momentum(flat: Turbine) ->
 
 def test_without_blades_it_is_refused() -> None:
     with pytest.raises(InputError, match="wake near needs blades, not a power coefficient"):
-        meltemi.build(meltemi.load_turbine("pmsg20mw"), ModelOptions(wake="near"))
+        part_of(disk := meltemi.load_turbine("pmsg20mw"), ModelOptions(wake="near"), meltemi.build(disk).rotor)
 
 
 def test_another_induction_model_is_refused(near: Case) -> None:
@@ -332,7 +335,7 @@ def test_numbers_in_lanes_and_node_by_node(turbine: Turbine) -> None:
     model = meltemi.build(turbine, ModelOptions(wake="near"))
     found = []
     for kind in ("lanes", "floats"):
-        simulation = Simulation(Run(model, STEADY, duration=0.5, channels=("rotor_aero_thrust", "power")), numbers=kind)
+        simulation = Simulation(Run(model, STEADY, duration=0.5, channels=("rotor_aero_thrust", "generator_power")), numbers=kind)
         march(simulation)
         found.append(simulation.result().data)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-10)

@@ -175,9 +175,10 @@ def far_wake(m: NearSystem) -> None:
 
 @kernel
 def thrust_weight(m: NearSystem, b: int, n: int) -> float:
-    """[m^3] change of the thrust by the induced velocity at a node, in proportion; none where momentum is blocked."""
-    nodes = m.aero_nodes
-    return where(nodes.end[b, n] > 0.0, 0.0, nodes.length[b, n] * nodes.chord[b, n] * m.flow.radius[b, n])
+    """[m^3/s] change of the thrust by the induced velocity at a node, in proportion; none where momentum is blocked."""
+    nodes, vx, vy = m.aero_nodes, m.flow.vx[b, n], m.flow.vy[b, n]
+    weight = nodes.length[b, n] * nodes.chord[b, n] * sqrt(vx * vx + vy * vy)
+    return where(nodes.end[b, n] > 0.0, 0.0, weight)
 
 
 @induced_velocity.variant
@@ -213,13 +214,14 @@ def circulations(dt: float, m: NearSystem) -> None:
             A[N + b, n] = 0.5 * nodes.chord[b, n] * flow.speed[b, n] * flow.lift[b, n]
         inner = 0.0 * S
         for e in range(trail.edges):
-            outer = c[e] * S * over_ages(g[0, e], g[1, e], g[2, e], g[3, e], m, e, n)
+            turned = abs(c[e]) * S  # where the flow turns back, so does the slope
+            outer = turned * over_ages(g[0, e], g[1, e], g[2, e], g[3, e], m, e, n)
             if e > 0:
                 A[e - 1, n] = outer - inner
             inner = outer
             for b in range(flow.blades):
                 x1, x2, x3, x4 = g[0, e] * G[0, b, e], g[1, e] * G[1, b, e], g[2, e] * G[2, b, e], g[3, e] * G[3, b, e]
-                A[N + b, n] += c[e] * S * over_ages(x1, x2, x3, x4, m, e, n)
+                A[N + b, n] += turned * over_ages(x1, x2, x3, x4, m, e, n)
     for i in range(N):
         at[i, i] += 1.0
     for i in range(N):
