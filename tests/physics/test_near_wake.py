@@ -6,20 +6,32 @@ In plain Python, NUMBA_DISABLE_JIT=1, most of this file takes seconds.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import REFERENCE
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, Model, ModelOptions, Run, Simulation, Start, SteadyWind, Turbine, TurbulentWind
+from conftest import REFERENCE
+from meltemi import (
+    InputError,
+    Model,
+    ModelOptions,
+    Run,
+    Simulation,
+    Start,
+    SteadyWind,
+    Turbine,
+    TurbulentWind,
+    UnsupportedError,
+)
 from meltemi.aero.tables import AeroNode, BladeFlow, PolarPoint, SectionConstants
 from meltemi.analysis import linearise, operating_point
 from meltemi.compiler import interpreted
-from meltemi.control import ConstantController
+from meltemi.gradients.adjoint import gradient
 from meltemi.io import restore_state, save_state
 from meltemi.simulation.case import Case
 from meltemi.simulation.simulate import march
@@ -74,7 +86,9 @@ def thrust(case: Case) -> float:
 
 def helices(edges: Float, radius: Float, lead: float, turns: int = 16, steps: int = 120) -> Float:
     """(2, nodes, edges) axial and tangential velocity at the nodes of a blade by three helices from each edge."""
-    ages = np.concatenate([[0.0], np.geomspace(1e-5, 0.05, 60), 0.05 + 2.0 * np.pi / steps * np.arange(1, turns * steps)])
+    ages = np.concatenate(
+        [[0.0], np.geomspace(1e-5, 0.05, 60), 0.05 + 2.0 * np.pi / steps * np.arange(1, turns * steps)]
+    )
     result = np.zeros((2, len(radius), len(edges)))
     for sign in (-1.0, 1.0):  # two points of Gauss
         b = 0.5 * (ages[1:] + ages[:-1]) + sign * np.diff(ages) / (2.0 * np.sqrt(3.0))
@@ -139,12 +153,13 @@ def test_the_circulation_is_that_of_a_lifting_line(near: Case, momentum: Case, l
 
 
 def test_the_thrust_is_momentum_s(flat: Turbine) -> None:
-    """Within 0.5 % at all winds; the factor of the far wake is near 1."""
-    for speed, pitch in ((6.0, 0.0), (9.0, 0.0), (12.0, 0.0), (16.0, 0.2), (22.0, 0.36)):
+    """Within 0.4 %, far above rated wind, with a tip without lift, 2 %; the factor of the far wake is not far from 1."""
+    winds = ((6.0, 0.0, 0.004), (9.0, 0.0, 0.004), (12.0, 0.0, 0.004), (16.0, 0.2, 0.004), (22.0, 0.36, 0.02))
+    for speed, pitch, error in winds:
         start, wind = Start(rotor_speed=SPEED, pitch=pitch, coordinates={}), SteadyWind(speed=speed, shear_exponent=0.0)
         near, momentum = (settled(flat, wake, wind, start) for wake in ("near", "momentum"))
-        assert thrust(near) == pytest.approx(thrust(momentum), rel=0.005)
-        assert 0.9 < near.view("near_rotor")["factor"] < 1.4
+        assert thrust(near) == pytest.approx(thrust(momentum), rel=error)
+        assert 0.95 < near.view("near_rotor")["factor"] < 1.5
 
 
 def test_vortices_of_the_wrong_sign_are_noticed(near: Case, line: Float) -> None:
@@ -227,7 +242,7 @@ def test_a_step_follows_within_a_quarter_turn_and_first_at_the_tip(flat: Turbine
 
 def test_the_time_step_is_of_first_order(flat: Turbine) -> None:
     ends = [pitched(settled(flat, "near"), dt, 0.32)[-1] for dt in (0.04, 0.02, 0.01, 0.005)]
-    errors = [np.max(np.abs(one - two)) for one, two in zip(ends, ends[1:], strict=False)]
+    errors = [np.max(np.abs(one - two)) for one, two in pairwise(ends)]
     assert errors[0] < 0.1
     assert 1.5 < errors[0] / errors[1] < 2.7 and 1.5 < errors[1] / errors[2] < 2.7
 
@@ -315,6 +330,13 @@ def test_another_induction_model_is_refused(near: Case) -> None:
 
 
 @compiled
+def test_gradients_in_reverse_are_refused(turbine: Turbine) -> None:
+    run = Run(meltemi.build(turbine, RIGID.replace(wake="near")), STEADY, duration=0.1, start=TURNING)
+    with pytest.raises(UnsupportedError, match="induction models have no derivatives in reverse; sensitivity has"):
+        gradient(run, lambda result: (0.0, {}), ("hub.mass",))
+
+
+@compiled
 def test_a_run_in_turbulence_and_its_saved_state(turbine: Turbine, tmp_path: Path) -> None:
     """All coordinates and dynamic stall; the rest of a saved run has the same bits."""
     model = meltemi.build(turbine, ModelOptions(wake="near"))
@@ -335,7 +357,8 @@ def test_numbers_in_lanes_and_node_by_node(turbine: Turbine) -> None:
     model = meltemi.build(turbine, ModelOptions(wake="near"))
     found = []
     for kind in ("lanes", "floats"):
-        simulation = Simulation(Run(model, STEADY, duration=0.5, channels=("rotor_aero_thrust", "generator_power")), numbers=kind)
+        run = Run(model, STEADY, duration=0.5, channels=("rotor_aero_thrust", "generator_power"))
+        simulation = Simulation(run, numbers=kind)
         march(simulation)
         found.append(simulation.result().data)
     np.testing.assert_allclose(found[0], found[1], rtol=1e-10)

@@ -90,6 +90,7 @@ class InductionPart(Part):
     """
 
     replaces_momentum: ClassVar[bool] = True
+    has_adjoint: ClassVar[bool] = False
     system: ClassVar[type[KernelRecord] | None] = InductionSystem
     signals: ClassVar[dict[str, type[Table]]] = {"line": LiftingLine, "induction_time": InductionTime}
     n_blades: int

@@ -84,7 +84,7 @@ class NearSystem(System):
 
     Attributes:
       near_reach: (age, edge, node) [1/m] velocity at a node by lagged circulations of a vortex in the rotor plane.
-      near_cylinders: (distance, node, node) velocity at the last node by momentum's velocity of the first one's annulus.
+      near_cylinders: (distance, node, node) velocity at the last node by momentum's of the first one's annulus.
       near_velocity: (blade, node) [m/s] velocity of the near wake, normal to the strip, upwind.
       near_mean: (2, blade, node) [m/s] mean velocities over the annuli by momentum, axial and tangential.
       near_matrix: (node or blade, node) columns of the equations of the circulations, then right-hand sides.
@@ -342,6 +342,7 @@ class NearPart(Part):
       reach, cylinders: arrays of the record, padded to whole lanes.
     """
 
+    has_adjoint: ClassVar[bool] = False
     system: ClassVar[Any] = NearSystem
     signals: ClassVar[dict[str, type[Table]]] = {"near_wake": NearWake, "near_rotor": NearRotor}
     n_blades: int
