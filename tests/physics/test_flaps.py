@@ -78,7 +78,7 @@ class Flaps(KernelRecord):
 def increment(share: Float, table: Float, flap: Float, alpha: float, n: int = 0) -> SectionCoefficients:
     """What flaps add at a node of the first blade."""
     m: Any = Flaps("floats", {"flap_nodes": share, "increments": table, "flap": flap})
-    return flap_increment(alpha, m, 0, n)
+    return flap_increment(alpha, m.flap_nodes, m, 0, n)
 
 
 def test_increments_are_those_of_the_table(rigid: Model) -> None:

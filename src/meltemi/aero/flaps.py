@@ -20,7 +20,7 @@ from math import pi
 from meltemi.aero.air import Air
 from meltemi.aero.polars import SectionCoefficients
 from meltemi.aero.tables import FlapParameters as FlapParameters
-from meltemi.compiler import Numbers, kernel, where, whole
+from meltemi.compiler import Array3, Numbers, kernel, where, whole
 
 STEP = pi / 180.0
 """[rad] step of the increments' grid, in both angles."""
@@ -29,18 +29,18 @@ ALPHAS, DELTAS = 81, 61
 
 
 @kernel
-def flap_increment(alpha: float, m: Air, b: int, n: int) -> SectionCoefficients:
+def flap_increment(alpha: float, covered: Array3, m: Air, b: int, n: int) -> SectionCoefficients:
     """Increments of a node at angle of attack ``alpha`` [rad]: sum over its flaps, weighted by the covered share."""
     added, table = SectionCoefficients(0.0, 0.0, 0.0), m.increments
     x = min(max(alpha / STEP + 0.5 * (ALPHAS - 1), 0.0), ALPHAS - 1.0)
     i = min(max(whole(x), 0), ALPHAS - 2)
     w = x - i
-    for j in range(m.flap_nodes.shape[0]):
+    for j in range(covered.shape[0]):
         y = min(max(m.flap.angle[j, b] / STEP + 0.5 * (DELTAS - 1), 1.0), DELTAS - 2.0)
         k = min(max(whole(y), 1), DELTAS - 3)
         entry, u = i * DELTAS + k, y - k
         lift, drag = between(table.lift, j, entry, w, u), between(table.drag, j, entry, w, u)
-        added += m.flap_nodes[j, b, n] * SectionCoefficients(lift, drag, between(table.moment, j, entry, w, u))
+        added += covered[j, b, n] * SectionCoefficients(lift, drag, between(table.moment, j, entry, w, u))
     return added
 
 

@@ -17,10 +17,11 @@ from math import atan2, sqrt
 
 from meltemi.aero import inflow
 from meltemi.aero.air import Air
+from meltemi.aero.flaps import flap_increment
 from meltemi.aero.polars import coefficient, locate, wrap
-from meltemi.aero.rotor import induce, induced_velocity, quotient
+from meltemi.aero.rotor import camber, induce, induced_velocity, quotient
 from meltemi.aero.tables import AeroNode, BladeFlow, InflowState
-from meltemi.compiler import Array1, Constant, Single, Table, Vec, Vectors, by_record, kernel, whole, xyz
+from meltemi.compiler import Array1, Array3, Constant, Single, Table, Vec, Vectors, by_record, kernel, whole, xyz
 from meltemi.maths.vectors import cross, dot
 from meltemi.turbine.exchange import BladeMotion
 
@@ -51,12 +52,14 @@ class LineAir(Air):
     node_motion: Single[BladeMotion]
     node_flow: Single[BladeFlow]
     node_inflow: Single[InflowState]
+    node_flaps: Constant[Array3]
 
     SAME = {  # noqa: RUF012
         "node_constants": "aero_nodes",
         "node_motion": "motion",
         "node_flow": "flow",
         "node_inflow": "inflow",
+        "node_flaps": "flap_nodes",
     }
 
 
@@ -135,13 +138,17 @@ def circulation(m: LineAir, b: int, n: int) -> float:
 
 @kernel
 def static_circulation(u: Vec, m: LineAir, b: int, n: int) -> float:
-    """[m^2/s] bound circulation of an element at the induced velocity ``u``, from the static polar without flaps.
+    """[m^2/s] bound circulation of an element at the induced velocity ``u``, from the static polar with flaps.
 
-    For models that iterate with the blade elements within an evaluation.
+    For models that iterate with the blade elements within an evaluation. As in the momentum balance it is that of the
+    lift in curved flow.
     """
     line, flow, nodes = m.line, m.node_flow, m.node_constants
     un = flow.vx[b, n] + dot(u, line.normal[b, n])
     ut = flow.vy[b, n] + dot(u, line.along[b, n])
-    at = locate(wrap(atan2(un, ut) - flow.theta[b, n]), m)
-    lift = coefficient(m.polars.lift, whole(nodes.polar[b, n]), at)
-    return 0.5 * nodes.chord[b, n] * sqrt(un * un + ut * ut) * lift
+    speed, chord = sqrt(un * un + ut * ut), nodes.chord[b, n]
+    alpha = wrap(atan2(un, ut) - flow.theta[b, n] + camber(flow.rotation[b, n], chord, speed, m))
+    lift = coefficient(m.polars.lift, whole(nodes.polar[b, n]), locate(alpha, m))
+    if m.node_flaps.shape[0] > 0:
+        lift += flap_increment(alpha, m.node_flaps, m, b, n).lift
+    return 0.5 * chord * speed * lift

@@ -119,9 +119,17 @@ def flapped(alpha: float, m: Air, b: int, n: int) -> tuple[SectionCoefficients, 
     """Increments of the flaps at a node, at any angle of attack, and their equivalent angle [rad]."""
     added, angle = SectionCoefficients(0.0, 0.0, 0.0), 0.0
     if m.flap_nodes.shape[0] > 0:
-        added = flap_increment(wrap(alpha), m, b, n)
+        added = flap_increment(wrap(alpha), m.flap_nodes, m, b, n)
         angle = equivalent_angle(added.lift, m.section.slope[whole(m.aero_nodes.polar[b, n])])
     return added, angle
+
+
+@kernel
+def camber(rotation: float, chord: float, speed: float, m: Air) -> float:
+    """Angle [rad] by which curved flow lowers the balanced lift: that of three quarters of the chord."""
+    options = m.aero_options
+    curved = 0.5 if options.stall != stall.STATIC and options.stall_rotation == CAMBER else 0.0
+    return min(max(curved * rotation * chord / max(speed, SLOW), -MOST_CAMBER), MOST_CAMBER)
 
 
 @by_record
@@ -141,7 +149,6 @@ def quasi_steady(t: float, m: Air) -> None:
     """Pass 2: momentum balance at every node, mean induction, time constant of the inflow."""
     options, nodes, flow, memory, rotor = m.aero_options, m.aero_nodes, m.flow, m.memory, m.rotor
     mean, worst = 0.0, 0.0
-    curved = 0.5 if options.stall != stall.STATIC and options.stall_rotation == CAMBER else 0.0
     skew = min(max(abs(tan(rotor.skew)), LEAST_SKEW), MOST_SKEW)
     for b in range(flow.blades):
         cp, sp, shaft = m.frame.cos_pitch[b], m.frame.sin_pitch[b], m.frame.shaft[b]
@@ -150,7 +157,7 @@ def quasi_steady(t: float, m: Air) -> None:
             if options.wake == 1:
                 vx, vy, theta = flow.vx[b, n], flow.vy[b, n], flow.theta[b, n]
                 # the lift that is balanced is that in curved flow, at the angle of three quarters of the chord
-                camber = curved * flow.rotation[b, n] * nodes.chord[b, n] / max(sqrt(vx * vx + vy * vy), SLOW)
+                angle = camber(flow.rotation[b, n], nodes.chord[b, n], sqrt(vx * vx + vy * vy), m)
                 g = whole(nodes.polar[b, n])
                 # so is that of flaps, at the angle of attack where the solver begins
                 guess = memory.phi[b, n] + memory.change[b, n]
@@ -161,7 +168,7 @@ def quasi_steady(t: float, m: Air) -> None:
                 strip = Strip(
                     vx,
                     vy,
-                    theta - min(max(camber, -MOST_CAMBER), MOST_CAMBER) - bent,
+                    theta - angle - bent,
                     nodes.solid_length[b, n] / flow.radius[b, n],
                     nodes.tip_number[b, n],
                     nodes.hub_number[b, n],

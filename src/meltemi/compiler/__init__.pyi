@@ -69,6 +69,7 @@ from meltemi.compiler.kernels import package_folder as package_folder
 from meltemi.compiler.kernels import source_hash as source_hash
 from meltemi.compiler.kernels import sources as sources
 from meltemi.compiler.kernels import statistics as statistics
+from meltemi.compiler.kernels import summing as summing
 from meltemi.compiler.lanes import N_DERIVATIVES as N_DERIVATIVES
 from meltemi.compiler.lanes import WIDTH as WIDTH
 from meltemi.compiler.record_types import DUALS as DUALS

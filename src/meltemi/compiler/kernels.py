@@ -222,6 +222,11 @@ def kernel(function: F) -> F:
     return _compiled(function)
 
 
+def summing(function: F) -> F:
+    """A kernel that may add in another order, and so many numbers at a time; the same machine gives the same bits."""
+    return _compiled(function, options={**OPTIONS, "fastmath": FAST_MATH | {"reassoc"}})
+
+
 def kernel_for(signature: Any) -> Callable[[F], F]:
     """Compile a function now, for one signature only; cached on disk."""
 
@@ -402,11 +407,11 @@ class _LinkedCache(_Cache):
     suffix = ".linked"
 
 
-def _compiled(function: F, *signature: Any, cached: bool = True) -> F:
+def _compiled(function: F, *signature: Any, cached: bool = True, options: dict[str, Any] = OPTIONS) -> F:
     cached = cached and cache_folder() is not None
     if numba.config.DISABLE_JIT:
         return function
-    compiled = numba.njit(**OPTIONS)(function)
+    compiled = numba.njit(**options)(function)
     _DISPATCHERS.append(compiled)
     if cached:
         compiled._cache = _Cache(function)
@@ -415,7 +420,7 @@ def _compiled(function: F, *signature: Any, cached: bool = True) -> F:
             compiled.compile(*signature)
         compiled.disable_compile()
     else:
-        linked = numba.njit(pipeline_class=linking.LinkedCompiler, **OPTIONS)(function)
+        linked = numba.njit(pipeline_class=linking.LinkedCompiler, **options)(function)
         _DISPATCHERS.append(linked)
         if cached:
             linked._cache = _LinkedCache(function)

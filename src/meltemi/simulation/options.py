@@ -96,7 +96,9 @@ class VortexOptions(Record):
     @model_validator(mode="after")
     def _check(self) -> Self:
         if not self.lattice <= max(self.free, self.lattice) <= self.length:
-            raise ValueError(f"expected lattice and free up to length, {self.length:g} revolutions, found {self.lattice:g}, {self.free:g}")
+            raise ValueError(
+                f"expected lattice and free up to length, {self.length:g} revolutions, found {self.lattice:g}, {self.free:g}"
+            )
         return self
 
 

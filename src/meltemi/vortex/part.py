@@ -1,0 +1,151 @@
+"""Vortex wakes as a part of the machine.
+
+Reference: docs/theory/vortices.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi
+from typing import Any, ClassVar
+
+import numpy as np
+
+from meltemi.aero.air import Air
+from meltemi.compiler import KernelRecord, Table, kernel
+from meltemi.core.errors import InputError
+from meltemi.simulation.channels import Channel
+from meltemi.simulation.induction import InductionPart
+from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.parts import StateRows
+from meltemi.simulation.step import check_parts
+from meltemi.simulation.system import March
+from meltemi.vortex import line, start, wake  # noqa: F401 - their kernels act at the hooks
+from meltemi.vortex.filaments import CORES, LAMB, ROWS
+from meltemi.vortex.tables import (
+    BoundFlow,
+    BoundInfluence,
+    VortexParameters,
+    VortexState,
+    VortexSystem,
+    WakeDrift,
+    WakeZone,
+)
+
+LOST = 8
+"""Status of a run whose wake is lost."""
+VORTICES = (4, 2)
+"""Vortices of a blade in the second and third zone."""
+SIDES = (pi / 6.0, pi / 3.0)
+"""[rad] azimuth of their filaments, at least."""
+VISCOSITY = 1.464e-5
+"""[m^2/s] kinematic viscosity of air."""
+
+
+@check_parts.variant
+@kernel
+def _(m: VortexSystem, run: March) -> None:
+    if m.vortex_state.fault > 0.0:
+        run.clock.status = LOST
+
+
+@dataclass(frozen=True)
+class VortexPart(InductionPart):
+    """A vortex wake.
+
+    Attributes:
+      vortex: parameters.
+    """
+
+    system: ClassVar[type[KernelRecord] | None] = VortexSystem
+    signals: ClassVar[dict[str, type[Table]]] = {
+        **InductionPart.signals,
+        "vortex_state": VortexState,
+        "wake_1": WakeZone,
+        "wake_2": WakeZone,
+        "wake_3": WakeZone,
+        "drift_1": WakeDrift,
+        "drift_2": WakeDrift,
+        "drift_3": WakeDrift,
+        "bound": BoundFlow,
+        "bound_influence": BoundInfluence,
+    }
+    vortex: Any
+
+    def zones(self) -> list[dict[str, int]]:
+        """Sizes of the zones, with room for the panels that wait to be merged."""
+        p, n = VortexParameters(self.vortex), len(self.line_ends) - 1
+        ages = (p.panels_1 + p.merge_2 + 2, p.panels_2 + p.merge_3 + 2, p.panels_3 + 1)
+        edges = (n + 1, *VORTICES)
+        return [{"blade": self.n_blades, "age": int(a), "edge": e} for a, e in zip(ages, edges, strict=True)]
+
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """Shapes of the signals."""
+        n = len(self.line_ends) - 1
+        sizes = {"blade": self.n_blades, "node": n, "element": n, "source": n}
+        each = {
+            name: {**sizes, **zone} for z, zone in enumerate(self.zones(), 1) for name in (f"wake_{z}", f"drift_{z}")
+        }
+        return {name: table.shape(**each.get(name, sizes)) for name, table in self.signals.items()}
+
+    def arrays(self) -> dict[str, Any]:
+        """Parameters and work arrays."""
+        p, n = VortexParameters(self.vortex), len(self.line_ends) - 1
+        counts = [z["blade"] * z["age"] * (2 * z["edge"] - 1) for z in self.zones()]
+        filaments = (sum(counts) + self.n_blades * (3 * n + 1)) * (2 if p.ground else 1)
+        return {
+            **super().arrays(),
+            "vortex": self.vortex.copy(),
+            "wake_sources": np.zeros((ROWS, filaments)),
+            "wake_sources32": np.zeros((ROWS, filaments), dtype=np.float32),
+            "wake_point": np.zeros(3),
+            "wake_point32": np.zeros(3, dtype=np.float32),
+        }
+
+    def states(self) -> Sequence[StateRows]:
+        """None: linear models keep the wake where it is."""
+        return ()
+
+    def why(self, case: Any) -> str:
+        """Reason for which the wake ended a run."""
+        state = case.view("vortex_state")
+        if not state["fault"]:
+            return ""
+        return (
+            f"vortex wake: a vortex of blade {state['fault']:.0f}, {state['fault_age']:.1f} s old, was lost: its velocity has grown "
+            "without bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
+        )
+
+
+def part_of(turbine: Any, options: ModelOptions, rotor: Any) -> VortexPart:
+    """The vortex wake of a turbine.
+
+    Raises:
+      InputError: the rotor has no blades.
+    """
+    o = options.vortices
+    revolution = 2.0 * pi / o.azimuth_step
+    merge_2 = max(round(SIDES[0] / o.azimuth_step), 1)
+    merge_3 = max(round(SIDES[1] / (o.azimuth_step * merge_2)), 1)
+    panels_1 = max(round(o.lattice * revolution), 1)
+    panels_2 = max(round((o.free - o.lattice) * revolution / merge_2), 1)
+    panels_3 = max(round((o.length - max(o.free, o.lattice)) * revolution / (merge_2 * merge_3)), 1)
+    values = VortexParameters.of(
+        azimuth_step=o.azimuth_step,
+        radius=turbine.rotor_radius,
+        panels_1=panels_1,
+        panels_2=panels_2,
+        panels_3=panels_3,
+        merge_2=merge_2,
+        merge_3=merge_3,
+        shed=round(o.shed * revolution),
+        core=CORES.index(o.core),
+        blade_core=o.blade_core,
+        wake_core=o.wake_core,
+        growth=4.0 * LAMB * o.eddy_viscosity * VISCOSITY,
+        ground=o.ground,
+        mean_wind=o.wind == "mean",
+        free=options.wake == "free",
+    )
+    return VortexPart.on(turbine, rotor, vortex=values.array)
