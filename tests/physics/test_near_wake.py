@@ -153,7 +153,7 @@ def test_the_circulation_is_that_of_a_lifting_line(near: Case, momentum: Case, l
 
 
 def test_the_thrust_is_momentum_s(flat: Turbine) -> None:
-    """Within 0.4 %, far above rated wind, with a tip without lift, 2 %; the factor of the far wake is not far from 1."""
+    """Within 0.4 %; far above rated wind, where the tip has no lift, 2 %. The factor of the far wake is near 1."""
     winds = ((6.0, 0.0, 0.004), (9.0, 0.0, 0.004), (12.0, 0.0, 0.004), (16.0, 0.2, 0.004), (22.0, 0.36, 0.02))
     for speed, pitch, error in winds:
         start, wind = Start(rotor_speed=SPEED, pitch=pitch, coordinates={}), SteadyWind(speed=speed, shear_exponent=0.0)

@@ -25,9 +25,7 @@ from numpy.typing import NDArray
 
 from meltemi.aero.bem import loss_factor
 from meltemi.aero.rotor import induce, induced_velocity, momentum_velocity, quasi_steady, quotient
-from meltemi.compiler import Array2, Array3, Constant, Nodes, Numbers, Single, Table, kernel, number, total, where
-from meltemi.compiler.generic import whole
-from meltemi.compiler.tables import numbers
+from meltemi.compiler import Array2, Array3, Constant, Nodes, Numbers, Table, kernel, number, numbers, total, whole
 from meltemi.core.errors import InputError
 from meltemi.simulation.arena import aligned
 from meltemi.simulation.bladed.rotor import BladedRotor, to_lanes
@@ -49,7 +47,7 @@ ENDLESS = 1e6
 BEGIN, BEGINS = 0.25, 17
 """Middle of the table of distances between rotor and far wake, over the radius of the rotor; their number."""
 MOST, STILL = 2.0, 1e-6
-"""Largest factor of the far wake; [m/s] least speed of an edge through the air, and least velocity of the far wake."""
+"""Largest factor of the far wake; [m/s] least speed of an edge through the air, and bound of quotients."""
 
 
 class NearWake(Table, axes="blade edge", title="near wake"):
@@ -91,10 +89,10 @@ class NearSystem(System):
       near_means, near_entry: the last two, node by node.
     """
 
-    near_wake: Single[NearWake]
-    d_near_wake: Single[NearWake]
+    near_wake: NearWake
+    d_near_wake: NearWake
     near_rotor: NearRotor
-    near_trail: Single[Trail]
+    near_trail: Trail
     near_reach: Constant[Nodes[Array3]]
     near_cylinders: Constant[Nodes[Array3]]
     near_velocity: Nodes[Array2]
@@ -165,8 +163,7 @@ def far_wake(m: NearSystem) -> None:
                 flow.steady_tangential[b, n] += P * m.near_means[1, b, j]
         for b in range(flow.blades):
             behind += total(thrust_weight(m, b, n) * flow.steady_axial[b, n])
-    some = abs(behind) > STILL
-    k = near.factor = min(max(where(some, missing / where(some, behind, 1.0), 1.0), 0.0), MOST)
+    k = near.factor = min(max(missing * behind / max(behind * behind, STILL), 0.0), MOST)
     for b in range(flow.blades):
         for n in range(flow.nodes):
             flow.steady_axial[b, n] = quotient(k * flow.steady_axial[b, n], flow.vx[b, n])
@@ -177,8 +174,7 @@ def far_wake(m: NearSystem) -> None:
 def thrust_weight(m: NearSystem, b: int, n: int) -> float:
     """[m^3/s] change of the thrust by the induced velocity at a node, in proportion; none where momentum is blocked."""
     nodes, vx, vy = m.aero_nodes, m.flow.vx[b, n], m.flow.vy[b, n]
-    weight = nodes.length[b, n] * nodes.chord[b, n] * sqrt(vx * vx + vy * vy)
-    return where(nodes.end[b, n] > 0.0, 0.0, weight)
+    return (1.0 - nodes.end[b, n]) * nodes.length[b, n] * nodes.chord[b, n] * sqrt(vx * vx + vy * vy)
 
 
 @induced_velocity.variant
