@@ -36,6 +36,7 @@ from meltemi.io import restore_state, save_state
 from meltemi.simulation.case import Case
 from meltemi.simulation.simulate import march
 from meltemi.simulation.step import begin_parts_step
+from meltemi.turbine import with_flaps
 from meltemi.vortex.near_wake import part_of
 
 pytestmark = pytest.mark.long  # machine code of a turbine with this part
@@ -311,6 +312,19 @@ def test_yaw_and_shear_move_the_flap_moment_less_than_momentum(flat: Turbine) ->
         moments = (flow["normal_force"] * length * flow["radius"]).sum(axis=1)
         sines[wake] = float(np.ptp(moments) / moments.mean())
     assert 0.4 * sines["momentum"] < sines["near"] < 0.95 * sines["momentum"]
+
+
+def test_flaps_trail_vortices_at_their_ends(flat: Turbine) -> None:
+    """A flap towards the pressure side slows the air at its nodes, and speeds it up beside them."""
+    case = settled(with_flaps(flat), "near")
+    before = case["near_velocity"][0, :20].copy()
+    case.view("flap")["angle"] += np.radians(5.0)
+    case.settle(0.0)
+    change = case["near_velocity"][0, :20] - before
+    lift = circulation(case)[0] - circulation(settled(flat, "near"))[0]
+    assert change[np.argmax(lift)] > 0.1
+    assert change[:18].min() < -0.1
+    assert np.argmax(lift) - np.argmin(change[:18]) < 8  # inboard of the flap
 
 
 def test_without_blades_it_is_refused() -> None:
