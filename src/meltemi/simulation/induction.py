@@ -134,7 +134,12 @@ class InductionPart(Part):
         )
 
     def begin(self, case: Any) -> None:
-        """Settle the model at the present motion.
+        """Settle the model at the present motion; errors as of :meth:`alone`."""
+        self.alone(case)
+        settle_part(case, "line")
+
+    def alone(self, case: Any) -> None:
+        """Check that no other part computes the induced velocities.
 
         Raises:
           InputError: the turbine has another induction model.
@@ -144,4 +149,3 @@ class InductionPart(Part):
             raise InputError(
                 f"expected one induction model, found {len(names)}: {', '.join(names)}; remove all but one"
             )
-        settle_part(case, "line")
