@@ -15,7 +15,6 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from conftest import REFERENCE
 from meltemi import (
     InputError,
     Model,
@@ -42,7 +41,7 @@ from meltemi.vortex.near_wake import part_of
 pytestmark = pytest.mark.long  # machine code of a turbine with this part
 compiled = pytest.mark.skipif(interpreted(), reason="takes too long in plain Python, or has derivatives")
 Float = NDArray[np.float64]
-OLAF = REFERENCE / "olaf" / "rigid_12.npz"
+OLAF = Path(__file__).parents[3] / "shared" / "reference" / "olaf" / "rigid_12.npz"
 SPEED, WIND, RADIUS = 12.1 * np.pi / 30.0, 12.0, 63.0
 LOADS = [BladeFlow.index(name) for name in ("alpha", "normal_force", "driving_force", "pitching_moment")]
 LOCKED = ("tower", "blades", "yaw", "drivetrain", "generator")
