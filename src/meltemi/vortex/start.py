@@ -1,7 +1,7 @@
 """A developed wake for the start of a run: the helices that the present circulation would have left (VW-21 to VW-23).
 
-Each blade trails vortices of its present circulation, which have moved with the mean wind and with induced velocities by
-age and edge. These, the circulation and the velocities at the blades are found in turn.
+Each blade trails vortices of its present circulation, which have moved with the mean wind and with induced velocities
+by age and edge. These, the circulation and the velocities at the blades are found in turn.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from meltemi.compiler import Vec, kernel, whole
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import dot
 from meltemi.simulation.step import settle_induction
-from meltemi.vortex.tables import VortexSystem, WakeDrift, WakeZone
 from meltemi.vortex.line import FIRST_GUESS
+from meltemi.vortex.tables import VortexSystem, WakeDrift, WakeZone
 from meltemi.vortex.wake import (
     around,
     at_blades,
@@ -27,14 +27,14 @@ from meltemi.vortex.wake import (
 )
 
 SHARE, CALM, NEAR = 0.5, 12.0, 0.02
-"""Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at rest;
-relative change of loading and speed up to which the wake stays where it is for other azimuths."""
+"""Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at
+rest; relative change of loading and speed up to which the wake stays where it is for other azimuths."""
 
 
 @settle_induction.variant
 @kernel
 def _(m: VortexSystem) -> None:
-    """Settle the wake for the present motion; where that has changed little since, at another azimuth, by its loading."""
+    """Settle the wake for the present motion; at another azimuth of nearly the same, scale it with the loading."""
     state, azimuth = m.vortex_state, m.machine.azimuth
     loading, speed = mean_circulation(m), m.machine.rotor_speed
     same = abs(loading - state.built_loading) < NEAR * abs(state.built_loading)
@@ -70,7 +70,7 @@ def scale(m: VortexSystem, factor: float) -> None:
 
 @kernel
 def place_wake(m: VortexSystem, share: float) -> None:
-    """Place all vortices, and let a share of the change of every second velocity by age, and of all at the blades, count."""
+    """Place all vortices; a share of the change of the velocities at the blades, and of every second by age, counts."""
     state, A = m.vortex_state, m.bound_influence
     step = state.step = wake_step(m)
     if state.rows_1 < 1.0:
