@@ -241,7 +241,7 @@ def loads(dt: float, m: Air) -> None:
 
 @induced_velocity.variant
 @kernel
-def _(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
+def momentum_velocity(dt: float, m: Air, sin_skew: float, b: int, n: int) -> tuple[float, float]:
     """Dynamic inflow and skewed wake (A-19 to A-28)."""
     flow, rotor, options = m.flow, m.rotor, m.aero_options
     vx = flow.vx[b, n]

@@ -74,13 +74,13 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
 
     Raises:
       InputError: a parameter or channel is unknown, or the controller has no derivatives.
-      UnsupportedError: the turbine has an induction model.
+      UnsupportedError: the turbine has an induction model or a near wake.
       RunError: the run did not reach its end.
     """
     if interpreted():
         raise InputError("gradient: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
-    if any(part.replaces_momentum for part in model.parts):
+    if not all(part.has_adjoint for part in model.parts):
         raise UnsupportedError("gradient: induction models have no derivatives in reverse; sensitivity has them")
     ways = directions(model, parameters, controller, start, {})
     before = _Before()

@@ -135,7 +135,7 @@ class Case:
                 if name not in self.slopes and name not in constant:
                     self.slopes[name] = np.zeros((*array.shape, N_DERIVATIVES))
             rotor.share_slopes(self.slopes)
-            self.slopes |= {name: self.slopes[of] for name, of in same.items()}
+            self.slopes |= {name: self.slopes[of] for name, of in same.items() if of in self.slopes}
             self.slopes["aero_state"], self.slopes["signals"] = self.aero_state.slopes, self.signals.slopes
         one: Kind = "duals" if duals else "floats"
         self.system: Any = system("lanes" if lanes else one, arrays, self.slopes)

@@ -67,6 +67,19 @@ def _(dt: float, m: InductionSystem) -> None:
         time.elapsed = 0.0
 
 
+def settle_part(case: Any, name: str) -> None:
+    """Settle an induction model at the present motion, until the array ``name`` with its velocities [m/s] stays."""
+    accelerations = case["a"].copy()
+    case.evaluate(0.0)
+    for _ in range(SWEEPS):
+        before = case[name].copy()
+        settle_induction(case.system)
+        case.evaluate(0.0)
+        if not np.max(np.abs(case[name] - before)) > SETTLED:  # the geometry stays, so this is the velocity
+            break
+    case["a"][:] = accelerations  # those of steady operation are prescribed, not those of the instant
+
+
 @dataclass(frozen=True)
 class InductionPart(Part):
     """Base of induction models.
@@ -77,6 +90,7 @@ class InductionPart(Part):
     """
 
     replaces_momentum: ClassVar[bool] = True
+    has_adjoint: ClassVar[bool] = False
     system: ClassVar[type[KernelRecord] | None] = InductionSystem
     signals: ClassVar[dict[str, type[Table]]] = {"line": LiftingLine, "induction_time": InductionTime}
     n_blades: int
@@ -122,15 +136,7 @@ class InductionPart(Part):
     def begin(self, case: Any) -> None:
         """Settle the model at the present motion; errors as of :meth:`alone`."""
         self.alone(case)
-        accelerations = case["a"].copy()
-        case.evaluate(0.0)
-        for _ in range(SWEEPS):
-            before = case["line"].copy()
-            settle_induction(case.system)
-            case.evaluate(0.0)
-            if not np.max(np.abs(case["line"] - before)) > SETTLED:  # the geometry stays, so this is the velocity
-                break
-        case["a"][:] = accelerations  # those of steady operation are prescribed, not those of the instant
+        settle_part(case, "line")
 
     def alone(self, case: Any) -> None:
         """Check that no other part computes the induced velocities.

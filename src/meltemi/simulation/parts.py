@@ -75,10 +75,12 @@ class Part:
       afterwards: signals that a run computes after its time loop, and which have no value at an instant.
       replaces_momentum: whether the part computes the induced velocities in place of the momentum balance.
       settles: whether runs begin in steady operation without the part, which settles there.
+      has_adjoint: whether gradients in reverse pass through it.
     """
 
     replaces_momentum: ClassVar[bool] = False
     settles: ClassVar[bool] = False
+    has_adjoint: ClassVar[bool] = True
     control: ClassVar[type[KernelRecord] | None] = None
     system: ClassVar[type[KernelRecord] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
