@@ -22,6 +22,7 @@ from meltemi.simulation.parts import StateRows
 from meltemi.simulation.step import check_parts
 from meltemi.simulation.system import March
 from meltemi.vortex import line, start, wake  # noqa: F401 - their kernels act at the hooks
+from meltemi.vortex.drawn import vortex_lines
 from meltemi.vortex.filaments import CORES, LAMB, ROWS
 from meltemi.vortex.tables import (
     BoundFlow,
@@ -106,6 +107,10 @@ class VortexPart(InductionPart):
     def states(self) -> Sequence[StateRows]:
         """None: linear models keep the wake where it is."""
         return ()
+
+    def vortex_lines(self, case: Any) -> Any:
+        """Vortices for a view."""
+        return vortex_lines(case, self.vortex)
 
     def why(self, case: Any) -> str:
         """Reason for which the wake ended a run."""
