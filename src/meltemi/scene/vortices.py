@@ -1,7 +1,7 @@
 """Vortices of a wake for the view of a run: frames at equal numbers of time steps, as a track.
 
-They are the lines of a part with a function ``vortex_lines(case)``: (blade, line, point, 4) points [m], inertial axes, and
-strength [m^2/s]. They move with the flow between two frames, so a few frames a revolution are enough.
+They are the lines of a part with a function ``vortex_lines(case)``: (blade, line, point, 4) points [m], inertial axes,
+and strength [m^2/s]. Points have the same age in all frames, so that a few frames a revolution are enough.
 """
 
 from __future__ import annotations

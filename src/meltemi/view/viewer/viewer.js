@@ -352,7 +352,7 @@ function render() {
   winds.forEach((wind) => wind.update(t, wind.hidden ? "off" : state.wind));
   sea?.update(t);
   wakes?.update(begin + t);
-  vortices.forEach((lines) => { if ((lines.mesh.visible = state.vortices === "on")) lines.update(t); });
+  vortices.forEach((lines) => { if ((lines.mesh.visible = state.vortices === "on" && t > lines.begin - lines.step)) lines.update(t); });
   if (state.camera === "blade") follow();
   stage.style.setProperty("--horizon", `${(100 * horizon()).toFixed(1)}%`);
   renderer.render(world, camera);
