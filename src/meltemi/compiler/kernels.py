@@ -223,7 +223,10 @@ def kernel(function: F) -> F:
 
 
 def summing(function: F) -> F:
-    """A kernel that may add in another order, and so many numbers at a time; the same machine gives the same bits."""
+    """A kernel that may add in another order, and so many numbers at a time; the same machine gives the same bits.
+
+    It keeps machine code of its own: what is linked is not turned into instructions for vectors.
+    """
     return _compiled(function, options={**OPTIONS, "fastmath": FAST_MATH | {"reassoc"}})
 
 
@@ -419,7 +422,7 @@ def _compiled(function: F, *signature: Any, cached: bool = True, options: dict[s
         with typeinfer.register_dispatcher(compiled):
             compiled.compile(*signature)
         compiled.disable_compile()
-    else:
+    elif options is OPTIONS:
         linked = numba.njit(pipeline_class=linking.LinkedCompiler, **options)(function)
         _DISPATCHERS.append(linked)
         if cached:

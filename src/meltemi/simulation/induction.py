@@ -120,16 +120,8 @@ class InductionPart(Part):
         )
 
     def begin(self, case: Any) -> None:
-        """Settle the model at the present motion.
-
-        Raises:
-          InputError: the turbine has another induction model.
-        """
-        names = [type(part).__name__ for part in case.parts if part.replaces_momentum]
-        if len(names) > 1:
-            raise InputError(
-                f"expected one induction model, found {len(names)}: {', '.join(names)}; remove all but one"
-            )
+        """Settle the model at the present motion; errors as of :meth:`alone`."""
+        self.alone(case)
         accelerations = case["a"].copy()
         case.evaluate(0.0)
         for _ in range(SWEEPS):
@@ -139,3 +131,15 @@ class InductionPart(Part):
             if not np.max(np.abs(case["line"] - before)) > SETTLED:  # the geometry stays, so this is the velocity
                 break
         case["a"][:] = accelerations  # those of steady operation are prescribed, not those of the instant
+
+    def alone(self, case: Any) -> None:
+        """Check that no other part computes the induced velocities.
+
+        Raises:
+          InputError: the turbine has another induction model.
+        """
+        names = [type(part).__name__ for part in case.parts if part.replaces_momentum]
+        if len(names) > 1:
+            raise InputError(
+                f"expected one induction model, found {len(names)}: {', '.join(names)}; remove all but one"
+            )

@@ -19,7 +19,7 @@ from meltemi.simulation.channels import Channel
 from meltemi.simulation.induction import InductionPart
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import StateRows
-from meltemi.simulation.step import check_parts
+from meltemi.simulation.step import check_parts, settle_induction
 from meltemi.simulation.system import March
 from meltemi.vortex import line, start, wake  # noqa: F401 - their kernels act at the hooks
 from meltemi.vortex.drawn import vortex_lines
@@ -34,6 +34,8 @@ from meltemi.vortex.tables import (
     WakeZone,
 )
 
+SWEEPS, SETTLED = 60, 2e-3
+"""Sweeps that settle a wake at the start of a run, at most; [m/s] change of the velocities at which they end."""
 LOST = 8
 """Status of a run whose wake is lost."""
 VORTICES = (4, 2)
@@ -103,6 +105,23 @@ class VortexPart(InductionPart):
             "wake_point": np.zeros(3),
             "wake_point32": np.zeros(3, dtype=np.float32),
         }
+
+    def begin(self, case: Any) -> None:
+        """Settle the wake at the present motion.
+
+        Raises:
+          InputError: the turbine has another induction model.
+        """
+        self.alone(case)
+        accelerations = case["a"].copy()
+        case.evaluate(0.0)
+        for _ in range(SWEEPS):
+            before = case["line"].copy()
+            settle_induction(case.system)
+            case.evaluate(0.0)
+            if not np.max(np.abs(case["line"] - before)) > SETTLED:
+                break
+        case["a"][:] = accelerations  # those of steady operation are prescribed, not those of the instant
 
     def states(self) -> Sequence[StateRows]:
         """None: linear models keep the wake where it is."""

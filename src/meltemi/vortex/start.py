@@ -26,33 +26,69 @@ from meltemi.vortex.wake import (
     wake_step,
 )
 
-SHARE = 0.5
-"""Share of the change of the velocities in a sweep."""
+SHARE, NEAR = 0.5, 0.02
+"""Share of the change of the velocities in a sweep; relative change of loading and speed up to which the wake stays."""
 
 
 @settle_induction.variant
 @kernel
 def _(m: VortexSystem) -> None:
-    state, bound, A = m.vortex_state, m.bound, m.bound_influence
+    """Settle the wake for the present motion; where that has changed little since, at another azimuth, by its loading."""
+    state, azimuth = m.vortex_state, m.machine.azimuth
+    loading, speed = mean_circulation(m), m.machine.rotor_speed
+    same = abs(loading - state.built_loading) < NEAR * abs(state.built_loading)
+    same = same and abs(speed - state.built_speed) < NEAR * abs(speed)
+    if state.rows_1 > 0.0 and azimuth != state.azimuth and same:
+        scale(m, loading / state.loading)
+    else:
+        place_wake(m)
+        state.built_loading, state.built_speed = loading, speed
+    state.loading, state.azimuth = loading, azimuth
+    state.begin = state.time - state.step
+    m.induction_time.elapsed = state.step  # a row leaves the blades at once
+
+
+@kernel
+def mean_circulation(m: VortexSystem) -> float:
+    """[m^2/s] mean bound circulation of all elements."""
+    mean, line = 0.0, m.line
+    for b in range(line.blades):
+        for i in range(line.nodes):
+            mean += m.bound.circulation[b, i] / (line.blades * line.nodes)
+    return mean
+
+
+@kernel
+def scale(m: VortexSystem, factor: float) -> None:
+    """Multiply the velocities at the blades."""
+    for b in range(m.line.blades):
+        for i in range(m.line.nodes):
+            m.bound.before[b, i] = m.bound.after[b, i] = factor * m.bound.after[b, i]
+
+
+@kernel
+def place_wake(m: VortexSystem) -> None:
+    """Place all vortices, and compute part of their velocities by age and those at the blades."""
+    state, A = m.vortex_state, m.bound_influence
     step = state.step = wake_step(m)
     if state.rows_1 < 1.0:
         guess(m.drift_1, m, step, 0.0)
         guess(m.drift_2, m, step * m.vortex.merge_2, step * m.vortex.panels_1)
     build(m, step)
     count = store_present(m)
-    for r in range(whole(state.rows_1)):
+    state.turn += 1.0
+    for r in range(whole(state.turn) % 2, whole(state.rows_1), 2):
         refresh(m.wake_1, m.drift_1, m, 1, r, count, SHARE)
-    for r in range(whole(state.rows_2)):
+    for r in range(whole(state.turn) % 2, whole(state.rows_2), 2):
         refresh(m.wake_2, m.drift_2, m, 2, r, count, SHARE)
     state.step = 0.0  # the blades are where they are
     at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, SHARE)
     for b in range(m.line.blades):
         for i in range(m.line.nodes):
-            bound.before[b, i] = bound.after[b, i]
             for j in range(m.line.nodes):
                 A.before[b, i, j] = A.after[b, i, j]
-    state.step, state.begin = step, state.time - step
-    m.induction_time.elapsed = step  # a row leaves the blades at once
+    scale(m, 1.0)
+    state.step = step
 
 
 @kernel
