@@ -19,8 +19,8 @@ def vortex_lines(case: Any, parameters: Any) -> NDArray[np.float32]:
     """(blade, line, point, 4) points [m], inertial axes, and strength [m^2/s], positive towards the tip.
 
     Lines are numbered from root to tip. In the first zone they go from four edges of the elements to the centres of the
-    vortices that will merge; in the last revolution of the second the inner two approach the outer ones. So they are the
-    same lines before and after vortices merge. Age 0 is at the trailing edge. The present place of a vortex is that at
+    vortices that will merge; in the last revolution of the second the inner two approach the outer ones. So they are
+    the same before and after vortices merge. Age 0 is at the trailing edge. The present place of a vortex is that at
     the end of the step of the wake, less its way until then.
     """
     from scipy.interpolate import CubicSpline

@@ -110,9 +110,9 @@ def build(m: VortexSystem, step: float) -> None:
     shed_row(m)
     state.rows_1, state.rows_2, state.rows_3 = p.panels_1 + 1.0, p.panels_2 + 1.0, p.panels_3 + 1.0
     trace(m.wake_1, m.drift_1, m, step, whole(state.rows_1), 1)
-    merge(m.wake_1, m.wake_2, whole(p.panels_1) - 1, 1)
+    merge(m.wake_1, m.wake_2, whole(p.panels_1), 1)
     trace(m.wake_2, m.drift_2, m, step * p.merge_2, whole(state.rows_2), 0)
-    merge(m.wake_2, m.wake_3, whole(p.panels_2) - 1, 1)
+    merge(m.wake_2, m.wake_3, whole(p.panels_2), 1)
     last, mean = whole(p.panels_2), 0.0
     for e in range(m.drift_2.edges):
         mean += m.drift_2.axial[last, e] / m.drift_2.edges
