@@ -12,6 +12,7 @@ from meltemi import Result
 from meltemi.scene.record import Scene
 from meltemi.simulation.simulate import Simulation
 
+pytestmark = pytest.mark.long
 SPEED, DURATION = 10.0, 6.0
 
 
@@ -28,9 +29,7 @@ def seen(model: meltemi.Model) -> Result:
 @pytest.fixture(scope="module")
 def lines(seen: Result) -> np.ndarray:
     """(frame, blade, line, point, 4)."""
-    about = seen.scene.about["vortices"]
-    values = Scene({}, seen.scene.arrays).track("vortices")
-    return values.reshape(*values.shape[:2], about["lines"], about["points"], 4)
+    return Scene({}, seen.scene.arrays).track("vortices")
 
 
 def test_lines_begin_at_the_blades(seen: Result, lines: np.ndarray, model: meltemi.Model) -> None:

@@ -111,8 +111,7 @@ class Recorder:
         begin, end = about["begin"], about["begin"] + about["duration"]
         about["wind"], air = wind_section(wind, self.section, begin, end, WIND_RATE)
         about["steps"]["wind"] = 1.0 / WIND_RATE
-        radius = self.model.turbine.rotor_radius
-        wake, vortices = self.vortices.track(self.dt, begin, end, radius)
+        wake, vortices = self.vortices.track(self.dt, begin, end)
         return Scene(still | about | wake, constant | arrays | air | vortices)
 
     @cached_property

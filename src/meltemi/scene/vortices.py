@@ -19,10 +19,8 @@ from meltemi.simulation.case import Case
 from meltemi.simulation.loop import Loop
 from meltemi.turbine.definition import Turbine
 
-FRAMES = 24
-"""Frames of a revolution at rated speed."""
-ERROR, STRENGTH_ERROR = 0.01, 0.05
-"""Largest errors: of a drawn position over the rotor radius, of a strength over the largest one."""
+FRAMES = 12
+"""Frames of a revolution at rated speed; the view interpolates with cubic polynomials."""
 
 
 @dataclass
@@ -48,21 +46,15 @@ class VortexFrames:
             last = step
         return int(last) + self.every - step
 
-    def track(
-        self, dt: float, begin: float, end: float, radius: float
-    ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    def track(self, dt: float, begin: float, end: float) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         """Description and arrays of the track between two times [s], whose time begins with the first frame."""
         chosen = {step: lines for step, lines in self.frames.items() if begin - 1e-9 <= step * dt <= end + 1e-9}
         if not chosen:
             return {}, {}
         values = np.stack(list(chosen.values())).astype(float)
-        largest = max(float(np.abs(values[..., 3]).max()), 1e-9)
-        n_frames, n_blades, n_lines, n_points, _ = values.shape
-        flat = values.reshape(n_frames, n_blades, n_lines * n_points, 4)
-        weight = np.array([1.0, 1.0, 1.0, ERROR / STRENGTH_ERROR * radius / largest])
-        about = {"lines": n_lines, "points": n_points, "largest": largest, "step": self.every * dt}
-        about["begin"] = next(iter(chosen)) * dt - begin
-        return {"vortices": about}, track_arrays("vortices", flat, ERROR * radius, weight)
+        about = {"blades": values.shape[1], "lines": values.shape[2], "points": values.shape[3]}
+        about |= {"largest": float(np.abs(values[..., 3]).max()), "step": self.every * dt}
+        return {"vortices": about | {"begin": next(iter(chosen)) * dt - begin}}, track_arrays("vortices", values)
 
 
 @dataclass(frozen=True)

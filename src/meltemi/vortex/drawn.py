@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from meltemi.vortex.tables import VortexParameters
 
-LENGTH, SPACING = 10.0, pi / 6.0
+LENGTH, SPACING = 7.0, pi / 6.0
 """[revolutions] age at which the lines end; [rad] azimuth between their points."""
 Float = NDArray[np.float64]
 

@@ -2,7 +2,7 @@
 // Vortices of a wake: tubes along lines behind the blades, red those of the tips, blue those of the roots, thick where they are strong.
 const VORTEX_COLOURS = ["#1f5fae", "#8fb7d9", "#f0ece6", "#ef8a62", "#b2182b"], BETWEEN = 3, AROUND_VORTEX = 5;
 class VortexView {
-  /** ``vortices`` of a scene: lines of a blade, points of a line, largest strength [m^2/s], begin and step [s] of the frames. */
+  /** ``vortices`` of a scene: blades, lines of a blade, points of a line, largest strength [m^2/s], begin and step [s] of the frames. */
   constructor(scene) {
     Object.assign(this, scene.about.vortices);
     this.track = new Track(scene, "vortices", this.step);
@@ -10,7 +10,7 @@ class VortexView {
     this.rings = (this.points - 1) * BETWEEN + 1;
     this.width = 0.011 * scene.about.turbine.rotor_radius;
     this.table = colourTable(VORTEX_COLOURS);
-    const tubes = this.track.series * this.lines, count = tubes * this.rings * AROUND_VORTEX, index = [];
+    const tubes = this.blades * this.lines, count = tubes * this.rings * AROUND_VORTEX, index = [];
     for (let k = 0; k < tubes; k++) for (let i = 0; i < this.rings - 1; i++) for (let j = 0; j < AROUND_VORTEX; j++) {
       const at = (k * this.rings + i) * AROUND_VORTEX, a = at + j, b = at + ((j + 1) % AROUND_VORTEX);
       index.push(a, b, a + AROUND_VORTEX, b, b + AROUND_VORTEX, a + AROUND_VORTEX);
@@ -24,11 +24,17 @@ class VortexView {
 
   update(t) {
     const { position, normal, color } = this.mesh.geometry.attributes;
-    for (let b = 0, v = 0; b < this.track.series; b++) {
-      this.track.at(t - this.begin, this.values, b);
-      for (let l = 0; l < this.lines; l++) v = this.tube(4 * l * this.points, v, position.array, normal.array, color.array);
-    }
+    this.between(t - this.begin);
+    for (let k = 0, v = 0; k < this.blades * this.lines; k++) v = this.tube(4 * k * this.points, v, position.array, normal.array, color.array);
     position.needsUpdate = normal.needsUpdate = color.needsUpdate = true;
+  }
+
+  /** Values at a time: by Catmull and Rom between the frames, as the vortices turn with the rotor. */
+  between(t) {
+    const { rows, size, amplitude, scale, mean } = this.track, [i, j, w] = place(t, this.step, rows);
+    const [a, b, c, d] = [Math.max(i - 1, 0), i, j, Math.min(j + 1, rows - 1)].map((row) => row * size);
+    const [A, B, C, D] = [w * (w * (2 - w) - 1), w * w * (3 * w - 5) + 2, w * (w * (4 - 3 * w) + 1), w * w * (w - 1)].map((x) => 0.5 * x);
+    for (let k = 0; k < size; k++) this.values[k] = mean[k] + scale[k] * (A * amplitude[a + k] + B * amplitude[b + k] + C * amplitude[c + k] + D * amplitude[d + k]);
   }
 
   /** Rings of a line whose values begin at ``first``, from vertex component ``v`` on: by Catmull and Rom between its points. */
