@@ -219,9 +219,12 @@ def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
 def _beside_momentum(result: Result, by_momentum: Run) -> Rows:
     """Table of a result with a vortex wake beside the same run by momentum theory."""
     from meltemi.report.momentum import beside_momentum
+    from meltemi.simulation.simulate import march
 
+    simulation = meltemi.Simulation(replace(by_momentum, view=False))
     with simulation_bar("the same by momentum theory", by_momentum.duration, "s") as progress:
-        return beside_momentum(result, meltemi.simulate(replace(by_momentum, view=False, progress=progress)))
+        march(simulation, progress)
+    return beside_momentum(result, simulation.result())
 
 
 def _show(result: Result, after: str) -> None:

@@ -38,7 +38,7 @@ def beside_momentum(result: Result, momentum: Result) -> Rows:
     for name in present(MEANS):
         add("mean", name, [float(each[name].mean()) for each in both])
     turns = [once_per_revolution(each, present(ONCE)) for each in both] if present(["azimuth"]) else [{}, {}]
-    for name in turns[0].keys() & turns[1].keys():
+    for name in filter(turns[1].__contains__, turns[0]):
         for i, what in enumerate(("cosine of the azimuth", "sine of the azimuth")):
             add(what, name, [turn[name][i] for turn in turns])
     if all(len(each.time) > 1 for each in both):
