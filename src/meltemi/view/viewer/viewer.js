@@ -398,6 +398,7 @@ function frame(now) {
   view.frames += 1;
   view.first ||= performance.now();
 }
+if (vortices.length) state.wind = "off"; // the section would hide them
 Object.assign(state, spec.state || {});
 if (spec.live) clock.build(KEYS);
 paintWorld();

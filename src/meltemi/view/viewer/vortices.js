@@ -8,7 +8,7 @@ class VortexView {
     this.track = new Track(scene, "vortices", this.step);
     this.values = new Float32Array(this.track.size);
     this.rings = (this.points - 1) * BETWEEN + 1;
-    this.width = 0.011 * scene.about.turbine.rotor_radius;
+    this.width = 0.012 * scene.about.turbine.rotor_radius;
     this.table = colourTable(VORTEX_COLOURS);
     const tubes = this.blades * this.lines, count = tubes * this.rings * AROUND_VORTEX, index = [];
     for (let k = 0; k < tubes; k++) for (let i = 0; i < this.rings - 1; i++) for (let j = 0; j < AROUND_VORTEX; j++) {
@@ -51,7 +51,7 @@ class VortexView {
       const long = Math.hypot(...d) || 1, [x, y, z] = d.map((value) => value / long), flat = Math.hypot(y, z) || 1;
       const n = [0, -z / flat, y / flat], m = [y * n[2] - z * n[1], -x * n[2], x * n[1]]; // across the tube, n also across x
       const strength = Math.min(Math.max(p[3] / this.largest, -1), 1), shade = 3 * Math.round(127.5 * (1 + strength));
-      const r = this.width * Math.sqrt(Math.abs(strength)) * (1 - i / rings); // it ends in a point
+      const r = this.width * Math.sqrt(Math.abs(strength)) * (1 - (0.6 * i) / rings) * Math.min(1, (10 * (rings - 1 - i)) / rings); // it ends in a point
       for (let q = 0; q < AROUND_VORTEX; q++) {
         const c = Math.cos((2 * Math.PI * q) / AROUND_VORTEX), e = Math.sin((2 * Math.PI * q) / AROUND_VORTEX);
         for (let k = 0; k < 3; k++, v++) {
