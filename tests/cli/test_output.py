@@ -187,7 +187,7 @@ def completed(*words: str) -> list[str]:
         (("power-c",), ["power-curve"]),
         (("veri",), ["verify"]),
         (("loads", "pl"), ["plan"]),
-        (("run", "iea22"), ["iea22mw", "iea22mw-monopile", "iea22mw-semi"]),
+        (("run", "iea22"), ["iea22mw", "iea22mw-monopile", "iea22mw-semi", "iea22mw-semi-flexible"]),
         (("run", "nrel5mw", "--controller", "r"), ["rosco"]),
         (("run", "nrel5mw", "--channels", "RotSpeed,RootMyc"), [f"RotSpeed,RootMyc{i}" for i in (1, 2, 3)]),
         (("compare", "nrel5mw", "--controllers", "cpc,cp"), ["cpc,cpc", "cpc,cpfc", "cpc,cpfc12"]),

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from meltemi import ModelOptions, Start, build, load_turbine, simulate
+from meltemi import InputError, ModelOptions, Start, build, load_turbine, simulate
 from meltemi.compiler import Vec, View
 from meltemi.control import ConstantController
 from meltemi.environment import Current, IrregularSea, RegularSea, StillWater
@@ -16,11 +17,14 @@ from meltemi.frames.definition import Coefficients, EndCoefficients, Foot, Frame
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
 from meltemi.frames.loads import Loads
-from meltemi.frames.part import FrameWater, drag_force, in_water, still_forces
+from meltemi.frames.part import FramePart, FrameWater, drag_force, in_water, part_of, still_forces
+from meltemi.frames.reduction import supported_tower
 from meltemi.frames.water import added_mass, pieces
 from meltemi.sea.airy import WaveComponents, maccamy_fuchs, wave_number
 from meltemi.sea.field import AHEAD
+from meltemi.simulation.channels import catalogue, find
 from meltemi.structure.beam import transfer
+from meltemi.structure.members import points
 
 G, RHO, DEPTH = 9.80665, 1025.0, 30.0
 TUBE = Section(diameter=1.2, thickness=0.03)
@@ -54,8 +58,8 @@ def waves(description: Frame, sea: Any, duration: float = 20.0) -> dict[str, Any
     """Arrays of a frame in a sea, with the force and moment (T, 6) of what is always wet, from time 0."""
     loads, water = rigid(description), FrameWater.zeros()
     View(FrameWater, water)["density"] = RHO
-    found = in_water(loads, {"water": water}, sea, duration, (0.0, 0.0), G)
-    still = in_water(loads, {"water": water}, StillWater(), 1.0, (0.0, 0.0), G)
+    found = in_water(loads, {"water": water}, sea, duration, (0.0, 0.0))
+    still = in_water(loads, {"water": water}, StillWater(), 1.0, (0.0, 0.0))
     found["total"] = found["frame_push"][AHEAD:, 1:] - still["frame_push"][0, 1:]
     found["time"] = View(FrameWater, found["water"])["step"] * np.arange(len(found["total"]))
     return found
@@ -353,6 +357,56 @@ def test_tension_is_the_wall_force_less_the_pressures(cut: Any) -> None:
         difference = sections[section][:, 6] - sections[section][:, 2]
         assert difference[:-1] == pytest.approx(0.0, abs=1e-9)
         assert difference[-1] == pytest.approx(pressure, rel=1e-9, abs=1e-6)
+
+
+@pytest.mark.parametrize("flooded", [True, False])
+@pytest.mark.parametrize("level", [0.0, 2.0])
+def test_tension_has_the_level_of_the_run(level: float, flooded: bool) -> None:
+    """A tube on the bed in water up to ``level`` carries its weight less that of the water it displaces."""
+    joints = {"a": [0, 0, -25.0], "b": [0, 0, 2.0], "c": [0, 0, 10.0]}
+    pole = frame(joints, "ab bc", other={name: {"flooded": flooded} for name in ("ab", "bc")})
+    loads = rigid(pole).at_level(level)
+    still = still_forces(loads.pieces, RHO, level, G)
+    wet = still * (loads.pieces.high < level + 1e-6)[:, None]
+    asked = [channel for channel in loads.channels if channel.name == "member_ab_start_tension"]
+    basis = np.concatenate([wet.reshape(-1), np.zeros(6 + 12), [1.0]])
+    hole, tube = np.pi / 4 * np.array([1.14, 1.2]) ** 2
+    steel = 7850.0 * (tube - hole) * 35.0
+    displaced = RHO * (tube - flooded * hole) * (25.0 + level)
+    assert (basis @ loads.of_members(asked, still))[0] == pytest.approx(-G * (steel - displaced), rel=1e-9)
+
+
+def part_on(description: Frame, gravity: float = G) -> FramePart:
+    """The part of a turbine on a frame; its tower ends at the frame's interface."""
+    turbine = load_turbine("nrel5mw")
+    base = float(description.joints[description.interface[0]][2])
+    tower = turbine.tower.replace(base_height=base)
+    counts = {"fore_aft": 1, "side_side": 1, "torsion": 0}
+    layout = points(np.linspace(0.0, tower.length, 21))
+    member = supported_tower(description, tower, counts, 3e5 * np.eye(6), None, layout, gravity=gravity)
+    return part_of(SimpleNamespace(frame=description, tower=tower), None, SimpleNamespace(tower=member))
+
+
+def test_the_weight_of_a_frame_is_that_of_the_site() -> None:
+    one, half, none = (part_on(tripod(), gravity) for gravity in (G, 0.5 * G, 0.0))
+    for name in ("frame_still", "frame_force"):
+        assert np.abs(one.constants[name]).max() > 100.0
+        np.testing.assert_allclose(half.constants[name], 0.5 * one.constants[name], rtol=1e-6)
+        assert not none.constants[name].any()
+    assert len(one.loads.below) == 2 and one.loads.gravity == G
+
+
+def test_ends_of_members_that_act_like_plates_are_noticed() -> None:
+    assert part_on(tripod()).notices(()) == []
+    (words,) = part_on(tripod(ends=EndCoefficients(drag=1.0))).notices(())
+    assert words.startswith("frame.ends: at 1 joints where members meet, d the first of them, drag and added mass")
+
+
+def test_vertical_loads_of_the_water_are_channels_of_frames() -> None:
+    names = {channel.name for channel in part_on(tripod()).channels()}
+    assert {"sea_force_x", "sea_force_z", "sea_moment_z"} < names
+    with pytest.raises(InputError, match="no channel 'sea_force_z': only a turbine on a frame in the sea has it"):
+        find("sea_force_z", catalogue())
 
 
 def test_weight_on_the_displaced_frame_turns_with_it() -> None:

@@ -151,6 +151,17 @@ def test_chord_that_ends_at_the_joint() -> None:
     assert [tube.member for tube in joint.chord] == ["lower"] and joint.length == 9.0
 
 
+def test_can_of_a_joint() -> None:
+    frame = frame_of(K_JOINT)
+    (joint,) = tubular_joints(frame, {"node": 0.1})
+    p = parameters_of(joint)[0]
+    assert (p.gamma, p.tau, p.alpha) == pytest.approx((6.0, 0.2, 30.0))
+    assert joint.chord[0].area == pytest.approx(0.25 * pi * (1.2**2 - 1.0**2))
+    assert joint.braces[0].tube.thickness == 0.02
+    with pytest.raises(InputError, match="joints.cans: no joint 'nodes': did you mean 'node'"):
+        welds_of(frame, JointSettings(cans={"nodes": 0.1}))
+
+
 def test_joints_without_braces_are_passed_over() -> None:
     assert tubular_joints(frame_of({})) == ()
     with pytest.raises(InputError, match="no joint at which a tube meets a chord"):
@@ -188,6 +199,15 @@ def test_x_joint(wall: float, axial: list[list[float]]) -> None:
         assert factors(p, 0.7, "formula").axial[1] == pytest.approx(np.maximum(axial, LEAST), rel=1e-6)
         balanced = p.gamma * p.tau * p.beta * (1.56 - 1.34 * p.beta**4) * 0.75**0.8  # X5
         assert factors(p).bending[0, 2] == pytest.approx(balanced, rel=1e-12)
+
+
+def test_load_in_one_brace_of_an_x_joint() -> None:
+    """Saddles have those of a T joint times 1 - 0.26 beta^3 (X7, X8), crowns those of a T joint."""
+    alone = parameters_of(joint_of(frame_of(T_JOINT)))[0]
+    for p in parameters_of(joint_of(frame_of(X_JOINT))):
+        assert p == alone._replace(opposed=True)
+        ratio = efthymiou(p, 0.7, "frame").axial[2] / efthymiou(alone, 0.7, "frame").axial[2]
+        assert ratio == pytest.approx(np.array([[1.0, 1.0 - 0.26 * (2.0 / 3.0) ** 3]] * 2), rel=1e-12)
 
 
 def test_k_joint() -> None:
@@ -287,6 +307,20 @@ def test_bending_of_the_chord_adds_at_the_crowns() -> None:
     assert stress[1, up] == pytest.approx(0.4 * ATTACHMENT[0], rel=1e-9)
     assert stress[:, [2, 6]] == pytest.approx(np.zeros((2, 2)), abs=1e-9)
     assert not hot_spots(joint, [PLAIN], loads, "geometry", bending=False).any()
+
+
+def test_axial_stress_of_the_chord_adds_at_the_crowns() -> None:
+    """A force through the chord does; what a brace brings, half to each side of a chord held at both ends, does not."""
+    frame = frame_of(T_JOINT)
+    joint, A = joint_of(frame), 0.25 * pi * (1.2**2 - 1.1**2)
+    through, brought = (
+        loads_of(frame, upper=[0, 0, force, 0, 0, 0], lower=[0, 0, 3e6, 0, 0, 0]) for force in (1e6, -3e6)
+    )
+    stress = hot_spots(joint, [PLAIN], through, "geometry", bending=False)[0, :, :, 0] * A / 1e6
+    around = 2.0 * ATTACHMENT[0] * np.cos(0.25 * pi * np.arange(8)) ** 2
+    assert stress == pytest.approx(np.array([around, 0.4 * around]), abs=1e-9)
+    assert not hot_spots(joint, [PLAIN], brought, "geometry").any()
+    assert not hot_spots(joint, [PLAIN], through, "geometry", axial=False).any()
 
 
 def share(braces: dict[str, tuple[float, float, float]], **forces: float) -> Float:
@@ -478,6 +512,27 @@ def test_tables_of_damage() -> None:
     assert curve.damage(result.markov["node"], thickness) == pytest.approx(worst["damage"], rel=1e-3)
 
 
+def test_life_of_an_x_joint_by_hand() -> None:
+    """Crossing braces of the OC4 jacket, 0.8 m by 20 mm at 60 degrees, under a balanced axial sine of 200 kN and 5 s.
+
+    Area pi 0.78 0.02 = 0.049009 m^2, nominal stress +- 4.0809 MPa. X1 with beta = tau = 1, gamma = 20:
+    3.87 20 0.10 sin(60)^1.7 = 6.0609. Range at the chord's saddle 2 6.0609 4.0809 = 49.467 MPa, by the thickness
+    (20 / 16)^0.25 = 1.05737 in effect 52.305 MPa. With cathodic protection N = 10^16.13 / 52.305^5 = 3.4457e7 (above
+    the knee at 1.8e6, 94.4 MPa), free N = 10^12.03 / 52.305^3 = 7.4879e6. 365.25 86400 / 5 = 6311520 cycles a year:
+    lives of 5.459 and 1.186 years; damage of 20 years times DFF 3: 10.99 and 50.57.
+    """
+    frame = frame_of({"a": (5.0 * sqrt(3.0), 0.0, 5.0), "b": (-5.0 * sqrt(3.0), 0.0, -5.0)})
+    frame = frame.replace(sections=dict.fromkeys(("leg", "brace"), TUBE))
+    force = np.zeros((20 * 500 + 1, 6))
+    force[:, 2] = 2e5 * np.cos(2.0 * pi * np.arange(len(force)) / 20)  # 500 cycles, which half cycles end
+    case = LoadCase("sine", loads_of(frame, a=force, b=force), 2500.0, 20.0 * 8766.0)
+    for around, life, utilisation in (("cathodic", 5.459, 10.99), ("free", 1.186, 50.57)):
+        settings = JointSettings(environment=around)  # type: ignore[arg-type]
+        worst = joint_fatigue(frame, [case], settings, years=20.0).worst.iloc[0]
+        assert (worst["side"], worst["position"] % 180) == ("chord", 90)
+        assert (worst["life"], worst["utilisation"]) == pytest.approx((life, utilisation), rel=5e-4)
+
+
 def test_damage_is_that_of_the_mirrored_loads() -> None:
     plus, minus = (joint_fatigue(FRAME, [case(1, sign=sign)]).table["damage"] for sign in (1.0, -1.0))
     assert plus.to_numpy() == pytest.approx(minus.to_numpy(), rel=1e-9)
@@ -521,6 +576,8 @@ def test_member_that_begins_at_its_other_joint_has_the_same_damage() -> None:
         {"splash_zone": (2.0, 6.0)},
         {"classification": "geometry"},
         {"chord_bending": "formula"},
+        {"chord_axial": False},
+        {"cans": {"node": 0.08}},
         {"fixity": 1.0},
         {"alpha": 6.0},
         {"counting": "dirlik"},

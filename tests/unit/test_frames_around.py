@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,18 +13,25 @@ import pytest
 
 import meltemi
 from meltemi import InputError, Run, SteadyWind, load_turbine, simulate
+from meltemi.cases.case import LoadCase
 from meltemi.environment import IrregularSea
 from meltemi.exchange.openfast.outlist import _available
 from meltemi.frames.finite_elements import assemble
+from meltemi.frames.loads import Derived
 from meltemi.frames.reduction import tower_base
-from meltemi.gradients.sensitivity import check_derived
+from meltemi.gradients.adjoint import gradient
+from meltemi.gradients.sensitivity import finite_difference_runs, sensitivity
+from meltemi.gradients.weights import std_weights
+from meltemi.io import export_fmu
+from meltemi.learning.gym import TurbineEnv
 from meltemi.loads.loadbase.axes import axes_of
 from meltemi.loads.loadbase.interfaces import interfaces_of, recorded
 from meltemi.reports.frame_overview import frame_blocks, words_on_ends
 from meltemi.reports.turbine_facts import frame_masses
-from meltemi.simulation.channels import catalogue, find
+from meltemi.simulation.channels import Channel, catalogue, find
 from meltemi.simulation.model import Model
 from meltemi.simulation.plan import model_channels
+from meltemi.simulation.result import Result
 from meltemi.simulation.simulate import Simulation
 from meltemi.turbine.definition import Turbine
 from meltemi.view.utilisation import with_utilisation
@@ -53,6 +62,18 @@ def test_the_summary_page_has_modes_masses_and_stiffness(jacket: Turbine) -> Non
     assert float(frequencies.rows[0][1]) < float(frequencies.rows[0][2])
     assert [row[0] for row in stiffness.rows] == ["x", "y", "z", "about x", "about y", "about z"]
     assert ends == "Ends of members at joints: drag 0, added mass 0, pressure 1."
+
+
+@pytest.mark.slow
+def test_the_summary_page_of_a_floater_has_its_modes_afloat() -> None:
+    turbine = load_turbine("iea15mw-volturnus-flexible")
+    tower = meltemi.build(turbine).rotor.tower
+    blocks: Any = frame_blocks(turbine, tower)
+    picture, masses, frequencies, stiffness, _ = blocks
+    assert sum(float(row[1]) for row in masses.rows) == pytest.approx(17839.0, rel=2e-3) and len(picture.png) > 20000
+    assert frequencies.rows[0][0] == "1st fore-aft" and len(frequencies.rows) == len(tower.below)
+    assert float(frequencies.rows[0][1]) == pytest.approx(0.428, rel=0.01)  # weight of tower and rotor lowers it
+    assert "over joint main_water" in stiffness.caption
 
 
 def test_ends_that_act_as_plates_are_reported(jacket: Turbine) -> None:
@@ -94,12 +115,56 @@ def test_patterns_select_channels() -> None:
         Simulation(replace(run, channels=["member_Z*"]))
 
 
+def test_derived_channels_do_not_depend_on_the_number_of_samples_at_a_time() -> None:
+    random = np.random.default_rng(3)
+    channels = [Channel(f"c{i}", "", "N", "", "", "", ("q", "c"), (i,)) for i in range(411)]
+    sources = [Channel(f"s{i}", "", "-", "", "", "", ("q", "s"), (i,)) for i in range(300)]
+    some = Derived(channels[1:], sources, random.normal(size=(300, 410)))
+    run: Any = SimpleNamespace(channels=channels, derived=[some])
+    run.derivations = partial(Simulation.derivations, run)
+    samples = random.normal(size=(300, 711))
+    whole = samples.copy()
+    Simulation.derive(run, whole)
+    np.testing.assert_allclose(whole[:, 1:411], samples[:, 411:] @ some.matrix, rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(whole[:, [0, *range(411, 711)]], samples[:, [0, *range(411, 711)]])
+    for size in (7, 33, 130):
+        parts = samples.copy()
+        for first in range(0, 300, size):
+            Simulation.derive(run, parts[first : first + size])
+        np.testing.assert_array_equal(parts, whole)
+
+
 @pytest.mark.slow
-def test_derivatives_of_section_loads_are_refused() -> None:
-    run = Run(model(), SteadyWind(speed=8.0), duration=0.1, channels=[LEG, "wave_elevation"])
-    with pytest.raises(InputError, match=f"{LEG}: section loads of members are computed after the time loop"):
-        check_derived(Simulation(run))
-    check_derived(Simulation(replace(run, channels=["wave_elevation"])))
+def test_section_loads_have_derivatives() -> None:
+    sea, gain = IrregularSea(height=4.0, period=9.0), "controller.proportional_gain"
+    run = Run(model(), SteadyWind(speed=14.0), duration=2.0, sea=sea, channels=[LEG, "wave_elevation"])
+    found = sensitivity(run, [gain])
+    low, high, step = finite_difference_runs(run, gain)
+    slope = float((high[LEG].mean() - low[LEG].mean()) / (2.0 * step))
+    assert found.mean(LEG)[1] == pytest.approx([slope], rel=3e-4) and abs(slope) > 0.0
+    with pytest.raises(InputError, match=r"'turbine.frame.piece' changes tables of the substructure or of the water"):
+        sensitivity(run, ["turbine.frame.piece"])
+
+    def deviation(result: Result) -> tuple[float, dict[str, Any]]:
+        value, weights = std_weights(result[LEG])
+        return value, {LEG: weights}
+
+    back = gradient(run, deviation, [gain])
+    value, by = found.std(LEG)
+    assert back.value == pytest.approx(value) and back.slopes == pytest.approx(by, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_section_loads_are_results_of_episodes_and_no_outputs_of_units(tmp_path: Path) -> None:
+    env = TurbineEnv(turbine="nrel5mw-jacket", wind_speeds=(13.0, 14.0), duration=2.0, channels=(LEG,))
+    env.reset(seed=1)
+    env.step(np.zeros(2))
+    axial = env.result()[LEG]
+    assert axial.min() < -1e6 and np.isfinite(axial).all()
+    env.close()
+    case = LoadCase(turbine="nrel5mw-jacket", wind={"kind": "steady", "speed": 12.0}, duration=1.0, channels=(LEG,))
+    with pytest.raises(InputError, match=f"channels: '{LEG}' is computed after the time loop, and no output of a unit"):
+        export_fmu(case, tmp_path / "jacket.fmu")
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from meltemi import InputError, load_turbine
+from meltemi import InputError, UnsupportedError, load_turbine
 from meltemi.frames.definition import Foot, Frame, JointMass, Member, Releases, Section
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness, member_axes
 from meltemi.frames.recovery import recovery
@@ -454,6 +454,24 @@ def test_a_vertical_tube_is_a_monopile() -> None:
     # displacement of the top by weight on it
     top_one, top_other = (each.second[0, 0, -1, 2] for each in (one, other))
     assert top_other == pytest.approx(top_one, rel=5e-3)
+
+
+def test_a_tower_on_a_frame_keeps_a_mode() -> None:
+    turbine, none = load_turbine("nrel5mw"), {"fore_aft": 0, "side_side": 0, "torsion": 0}
+    layout, tip = points(np.linspace(0.0, turbine.tower.length, 21)), 3e5 * np.eye(6)
+    with pytest.raises(UnsupportedError, match=r"needs a mode; keep one, and hold it still by options\.locked"):
+        supported_tower(CANTILEVER, turbine.tower, none, tip, None, layout)
+
+
+def test_walls_moduli_and_growth_are_plausible() -> None:
+    section = TUBE.replace(thickness=0.002, shear_modulus=2.1e11)
+    growth = [{"bottom": -20.0, "top": 14.0, "thickness": 0.1}]
+    strange = CANTILEVER.replace(sections={"tube": section}, growth=growth)
+    thin, moduli, top = filter(None, strange.doubts(None))
+    assert thin == "frame.sections.tube.thickness: diameter over it is 500; usual is 3 to 400"
+    assert moduli.startswith("frame.sections.tube.elastic_modulus: it over shear_modulus is 1;")
+    assert top.startswith("frame.growth.0: its top [m] is 14;")
+    assert not any(CANTILEVER.doubts(None))
 
 
 def test_a_pile_in_soil_is_its_head() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,25 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from meltemi import InputError, load_turbine
-from meltemi.floating.platform import Platform
-from meltemi.frames.afloat import FALL, MODES, PLACE, TOWER, WATER, AfloatLoads
+from meltemi.compiler import View
+from meltemi.environment import RegularSea, StillWater
+from meltemi.floating.coefficients import read_coefficients, write_coefficients
+from meltemi.floating.platform import Body, Platform
+from meltemi.floating.potential import HydroCoefficients
+from meltemi.frames.afloat import FALL, MODES, PLACE, TOWER, WATER, AfloatLoads, AfloatPart, in_waves
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
 from meltemi.frames.finite_elements import assemble
-from meltemi.frames.hull import afloat, by_added_mass, by_water_plane, platform_inertia, rigid_inertia, rigid_motions
+from meltemi.frames.hull import (
+    afloat,
+    bodies_of,
+    by_added_mass,
+    by_water_plane,
+    hull_spread,
+    platform_inertia,
+    rigid_inertia,
+    rigid_motions,
+)
+from meltemi.frames.part import FrameWater
 from meltemi.frames.recovery import recovery
 from meltemi.frames.reduction import supported_tower
 from meltemi.frames.water import pieces
@@ -184,7 +199,7 @@ def test_section_loads_balance_in_a_tilted_heaving_state() -> None:
     assert member.below is not None
     line = type("Line", (), {"fairlead": np.array([-44.5, 0.0, -10.0])})()
     moored = platform.model_copy(update={"lines": (line,)})
-    loads = AfloatLoads(assembly, pieces(assembly), member.below, GRAVITY, moored, 0.0)
+    loads = AfloatLoads(assembly, pieces(assembly), member.below, member.gravity, moored, 0.0)
     r = recovery(assembly, [("pontoon_A", 0.0)])
     B = loads.by_basis(r, 12, np.zeros((0, 3)))
     k, deep, random = len(member.below), loads.deep, np.random.default_rng(2)
@@ -212,7 +227,7 @@ def test_section_loads_balance_in_a_tilted_heaving_state() -> None:
 
     spread, plane = by_added_mass(p), by_water_plane(p)
     lift = -GRAVITY * 1025.0 * plane.total[:, 2:5] @ x[PLACE : PLACE + 3]
-    added = np.einsum("pij,kpj,k->pi", spread.weights, loads.about_mean, x[MODES : MODES + k])
+    added = np.einsum("kpi,k->pi", spread.weighted(loads.about_mean), x[MODES : MODES + k])
     force = spread.forces @ x[WATER : WATER + 6] + (plane.forces - spread.forces) @ lift - added
     force[:deep] += x[MODES + k + 3 : -1].reshape(-1, 3)
     for n in range(len(p.low)):
@@ -232,6 +247,90 @@ def test_section_loads_balance_in_a_tilted_heaving_state() -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-8, atol=1e-6 * np.abs(expected).max())
 
 
+COLUMNS = {"A": (-40.0, 0.0), "B": (20.0, 34.641), "C": (20.0, -34.641)}
+
+
+def in_bodies(tmp_path: Path, coupling: float) -> tuple[Platform, HydroCoefficients]:
+    """Platform of four bodies: added mass of strip theory, and a ``coupling`` [m^3] in surge; any excitation."""
+    frame = semi()
+    bodies = [Body(place=[0.0, 0.0, 0.0], volume=1000.0, members=("lower",))]
+    bodies += [
+        Body(place=[x, y, 0.0], volume=2000.0, members=(f"column_{name}", f"pontoon_{name}"))
+        for name, (x, y) in COLUMNS.items()
+    ]
+    p = pieces(afloat(frame, platform_of(frame), BASE))
+    platform = platform_of(frame).model_copy(update={"bodies": tuple(bodies), "coefficients": str(tmp_path / "c.npz")})
+    some, w = np.random.default_rng(3), np.array([0.3, 0.6, 0.9])
+
+    def file(added: Float) -> HydroCoefficients:
+        X = np.tile(1e2 * some.normal(size=(1, 1, 24, 2)).view(np.complex128)[..., 0], (3, 2, 1))
+        X[..., 5] = 0.0  # of an upright column about its axis
+        many = np.tile(added, (3, 1, 1))
+        c = HydroCoefficients(w, many, 0.0 * many, added, np.array([0.0, 360.0]), X, np.zeros((24, 24)))
+        write_coefficients(c, tmp_path / "c.npz")
+        return c
+
+    file(np.zeros((24, 24)))
+    found = bodies_of(afloat(frame, platform, BASE), platform, p)
+    assert found is not None
+    added = found.arms.T @ by_added_mass(p).weights @ found.arms / 1025.0
+    for one, other in ((6, 12), (12, 18), (18, 6)):
+        added[one, other] = added[other, one] = coupling
+    return platform, file(added)
+
+
+def test_loads_of_bodies_spread_within_each(tmp_path: Path) -> None:
+    """With the added mass of strip theory as with one body; with any, the whole has that of all bodies."""
+    p = pieces(afloat(semi(), platform_of(semi()), BASE))
+    strip = by_added_mass(p)
+    for coupling in (0.0, 300.0):
+        platform, c = in_bodies(tmp_path, coupling)
+        spread = hull_spread(afloat(semi(), platform, BASE), platform, p)
+        total = transfer(np.array([each.place for each in platform.bodies])).reshape(-1, 6)
+        expected = 1025.0 * total.T @ c.infinite @ total
+        np.testing.assert_allclose(spread.total, expected, atol=1e-6 * np.abs(expected).max())
+        same = np.abs(spread.weights - strip.weights).max() / np.abs(strip.weights).max()
+        assert same < 1e-6 if coupling == 0.0 else same > 1e-3
+        np.testing.assert_allclose(spread.resultant(spread.forces[:, :, 0]), np.eye(6)[0], atol=1e-9)
+
+
+def test_waves_push_each_body_as_its_potential_flow_says(tmp_path: Path) -> None:
+    """Amplitudes of the resultants on bodies in a regular wave: forces of the frame, and those of the whole hull."""
+    platform, c = in_bodies(tmp_path, 300.0)
+    assembly, member = afloat(semi(), platform, BASE), member_of(semi())
+    assert member.below is not None
+    loads = AfloatLoads(assembly, pieces(assembly), member.below, GRAVITY, platform, 0.0)
+    assert loads.bodies is not None
+    sea = RegularSea(height=2.0, period=10.0)
+    wave, still = (in_waves(loads, each, 20.0, (0.0, 0.0), GRAVITY) for each in (sea, StillWater()))
+    deep = 3 * loads.deep
+    of_bodies = (wave["frame_force"] - still["frame_force"][:1]) @ loads.bodies.arms[:deep]
+    phase = 0.2 * np.pi * float(View(FrameWater, wave["water"])["step"]) * np.arange(len(of_bodies))
+    found = np.linalg.lstsq(np.stack([np.cos(phase), np.sin(phase)], axis=1), of_bodies)[0]
+    # their potential flow, less their share of the whole hull
+    whole = transfer(np.array([each.place for each in platform.bodies])).reshape(-1, 6).T @ c.excitation[0, 0]
+    share = loads.bodies.arms[:deep].T @ loads.spread.forces.reshape(-1, 6)[:deep] @ whole
+    expected = 1025.0 * GRAVITY * np.abs(c.excitation[0, 0] - share)
+    np.testing.assert_allclose(np.hypot(*found), expected, rtol=1e-4, atol=1.0)
+
+
+def test_bodies_that_do_not_fit_are_refused(tmp_path: Path) -> None:
+    platform, _ = in_bodies(tmp_path, 0.0)
+    first, *others = platform.bodies
+
+    def refusal(*bodies: Body) -> str:
+        changed = platform.model_copy(update={"bodies": bodies})
+        with pytest.raises(InputError) as caught:
+            bodies_of(afloat(semi(), changed, BASE), changed, pieces(afloat(semi(), changed, BASE)))
+        return str(caught.value)
+
+    assert "no member 'lowr' in frame: did you mean 'lower'" in refusal(first.replace(members=("lowr",)), *others)
+    assert "member 'lower' is in the water and in no body" in refusal(first.replace(members=()), *others)
+    two = others[0].replace(members=("lower", *others[0].members))
+    assert "member 'lower' is in two bodies" in refusal(first, two, *others[1:])
+    assert "3 bodies, but" in refusal(first.replace(members=("lower", *others[2].members)), *others[:2])
+
+
 def test_what_does_not_float_is_refused() -> None:
     frame = semi()
     layout = points(np.linspace(0.0, 90.0, 31))
@@ -242,6 +341,7 @@ def test_what_does_not_float_is_refused() -> None:
         afloat(frame, platform.model_copy(update={"depth": 120.0}), BASE)
     with pytest.raises(InputError, match=r"frame: its members, masses and ballast have .* t, but platform.mass"):
         afloat(frame, platform.model_copy(update={"mass": 1e6}), BASE)
+    assert "frame_section" in AfloatPart.afterwards  # linear models and operating points refuse it
     with pytest.raises(InputError, match=r"frame.feet: a frame with a platform floats"):
         afloat(frame.replace(feet=[{"joint": "A_keel"}]), platform, BASE)
 
@@ -258,3 +358,17 @@ def test_the_library_semi_has_its_masses() -> None:
     assert -14.94 < J[4, 0] / J[0, 0] < turbine.platform.centre[2]  # that of the report, and of the deck
     np.testing.assert_allclose(np.diag(J)[3:], np.diag(platform_inertia(turbine.platform))[3:], rtol=0.06)
     assert by_water_plane(pieces(a)).total[2, 2] == pytest.approx(443.0, rel=0.01)
+
+
+def test_the_hull_of_the_iea_22_mw_has_its_masses() -> None:
+    """Mass, centre, inertia of the OpenFAST deck; volume and water plane of its potential flow."""
+    turbine = load_turbine("iea22mw-semi-flexible")
+    assert turbine.frame is not None and turbine.platform is not None
+    a = afloat(turbine.frame, turbine.platform, np.array([0.0, 0.0, 15.0]))
+    J, water, platform = rigid_inertia(a), pieces(a), turbine.platform
+    assert J[0, 0] == pytest.approx(platform.mass, rel=1e-6)
+    assert J[4, 0] / J[0, 0] == pytest.approx(platform.centre[2], abs=0.01)
+    np.testing.assert_allclose(np.diag(J)[3:], np.diag(platform_inertia(platform))[3:], rtol=0.01)
+    assert water.volume[water.high < 1e-3].sum() == pytest.approx(platform.volume, rel=1e-5)
+    plane = read_coefficients("iea22mw-semi").hydrostatic
+    np.testing.assert_allclose(by_water_plane(water).total[2, 2], plane[2, 2], rtol=1e-4)

@@ -76,6 +76,10 @@ LAYER = {"thickness": 0.1, "density": 1100.0}
             member("ab", end_section="box"),
             "members.ab: member 'ab' has a section 'tube' and an end_section 'box' of another kind",
         ),
+        (
+            member("ab", flooded=True, filled_to=-3.0),
+            "members.ab: member 'ab' is flooded and has filled_to: the sea fills a flooded member to its level; remove",
+        ),
         (member("ab", section="tub"), "members.ab.section: section 'tub' is not there: did you mean 'tube'"),
         (member("ab", joints=["a", "bb"]), "members.ab.joints: joint 'bb' is not there: "),
         (

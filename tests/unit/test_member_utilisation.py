@@ -161,6 +161,7 @@ def test_largest_utilisations_of_a_frame() -> None:
     [
         {"standard": "ISO 19902"},
         {"yield_stress": 420e6},
+        {"yield_stresses": {"brace": 420e6}},
         {"effective_length": 0.7},
         {"effective_lengths": {"brace": 0.7}},
         {"moment_factor": 1.0},
@@ -177,9 +178,10 @@ def test_every_setting_changes_the_utilisation(change: dict[str, object]) -> Non
     assert abs(other / usual - 1.0) > 1e-3
 
 
-def test_unknown_member_of_an_effective_length() -> None:
-    with pytest.raises(InputError, match="no member 'brase'.*brace"):
-        largest_utilisations(FRAME, MEMBER_LOADS, JointSettings(effective_lengths={"brase": 0.7}))
+@pytest.mark.parametrize("setting", [{"effective_lengths": {"brase": 0.7}}, {"yield_stresses": {"brase": 420e6}}])
+def test_unknown_member_of_a_setting(setting: dict[str, dict[str, float]]) -> None:
+    with pytest.raises(InputError, match=f"{next(iter(setting))}: no member 'brase'.*brace"):
+        largest_utilisations(FRAME, MEMBER_LOADS, JointSettings(**setting))  # type: ignore[arg-type]
 
 
 def test_clauses_are_named_for_both_standards() -> None:

@@ -18,18 +18,18 @@ from meltemi.floating.base import DragStrip, Floater, FloaterSystem, PlatformSta
 from meltemi.floating.floater import floater_forces
 from meltemi.floating.lumped import Elimination, LinePoint, LineState, LumpedSystem
 from meltemi.floating.mooring import NONE, FreePoint, Line, LineEnd, LineLoad, LineOrder, PointState
-from meltemi.floating.potential import HydroCoefficients
-from meltemi.floating.waves import HEADINGS, displaced_forces
-from meltemi.sea.airy import wave_number
-from meltemi.simulation.step import DIVERGED, OK, begin_parts_step, check_parts, outer_section_loads, part_rates
-from meltemi.simulation.system import Outputs
-from meltemi.structure.moving_base import (
+from meltemi.floating.moving_base import (
     Base,
     BaseColumns,
     TowerBody,
     TowerMomentum,
     base_motion,
 )
+from meltemi.floating.potential import HydroCoefficients
+from meltemi.floating.waves import HEADINGS, displaced_forces
+from meltemi.sea.airy import wave_number
+from meltemi.simulation.step import DIVERGED, OK, begin_parts_step, check_parts, outer_section_loads, part_rates
+from meltemi.simulation.system import Outputs
 from meltemi.structure.tables import (
     ApexColumns,
     ApexLoad,

@@ -17,7 +17,7 @@ from meltemi import InputError, ModelOptions, UnsupportedError
 from meltemi.control.baseline import parameters, steady_torque
 from meltemi.core.errors import MeltemiError
 from meltemi.exchange.openfast.keywords import ROWS, UNITS, row_of
-from meltemi.exchange.openfast.members import members_table
+from meltemi.exchange.openfast.members import member_rows
 from meltemi.exchange.openfast.text import flag, key, number, read_input, split
 from meltemi.exchange.report import Notes
 from meltemi.simulation.options import AdvancedOptions
@@ -329,7 +329,6 @@ def test_order_and_comments_do_not_matter(deck: Deck) -> None:
         ("5MW.fst", "1          CompElast", "3 CompElast", "ElastoDyn"),
         ("5MW.fst", "2          CompAero", "1 CompAero", "AeroDyn"),
         ("ElastoDyn.dat", "False         PtfmPDOF", "True PtfmPDOF", "platform.*--fixed-base"),
-        ("AeroDyn.dat", "1   Wake_Mod", "3 Wake_Mod", "AeroDyn.dat:6 .*vortex wake.*--momentum-wake"),
     ],
 )
 def test_what_is_not_modelled_is_refused_by_name(deck: Deck, name: str, old: str, new: str, says: str) -> None:
@@ -546,8 +545,8 @@ def test_cant_without_its_column_is_that_of_the_mid_chord_line(deck: Deck) -> No
 def test_members_of_hydrodyn_by_version(tmp_path: Path, row: str, model: float, within: bool) -> None:
     """PropPot, the only True or False, tells the order of the columns."""
     (tmp_path / "hydro.dat").write_text(f"title\na title\n1 NMembers\na b c\n(-)\n! a comment\n\n{row}\n")
-    members, inside = members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), Notes())
-    assert (members["b"][0], members["model"][0], inside) == (2.0, model, {7: within})
+    ((_, member, inside),) = member_rows(read_input(tmp_path / "hydro.dat", "HydroDyn"), Notes())
+    assert (member["MemberID"], member["MJointID2"], member["MCoefMod"], inside) == (7.0, 2.0, model, within)
 
 
 def test_a_table_never_begins_in_the_next_section(tmp_path: Path) -> None:
@@ -555,7 +554,7 @@ def test_a_table_never_begins_in_the_next_section(tmp_path: Path) -> None:
         "title\na title\n1 NMembers\n--- FILLED\n1 NFillGroups\nh\n(-)\n1 7 0 default\n"
     )
     with pytest.raises(InputError, match="hydro.dat:3: NMembers says 1 lines, but the table"):
-        members_table(read_input(tmp_path / "hydro.dat", "HydroDyn"), Notes())
+        member_rows(read_input(tmp_path / "hydro.dat", "HydroDyn"), Notes())
 
 
 @pytest.mark.parametrize("blade", ["deck", "elastodyn"])

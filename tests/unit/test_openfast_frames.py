@@ -17,9 +17,11 @@ from meltemi.exchange.openfast import read_deck
 from meltemi.exchange.openfast.frame import read_frame, rigid_body
 from meltemi.exchange.openfast.frame_water import frame_in_water
 from meltemi.exchange.openfast.keywords import row_of
+from meltemi.exchange.openfast.members import hydro_members
 from meltemi.exchange.openfast.text import read_input
 from meltemi.exchange.openfast.values import Values
 from meltemi.exchange.openfast.water import DeckWater
+from meltemi.exchange.openfast_writer.frame import water
 from meltemi.exchange.report import Notes
 from meltemi.frames.definition import Frame
 from meltemi.io import write_openfast
@@ -372,6 +374,25 @@ def test_a_matrix_of_the_interface_comes_back(tmp_path: Path) -> None:
     for old, new in zip(frame.members.values(), found.members.values(), strict=True):
         same(frame.sections[old.section].content(), found.sections[new.section].content())
         same([frame.joints[j] for j in old.joints], [found.joints[j] for j in new.joints])
+
+
+def test_hydrostatics_of_ends_in_the_surface_and_of_rectangles(tmp_path: Path) -> None:
+    """OpenFAST 5.0 stops where the surface cuts a tube's end and ``MHstLMod`` is 1, and at rectangles with it."""
+    frame = load_turbine("nrel5mw-tripod").frame
+    assert frame is not None
+    box = frame.sections["ring"].replace(kind="rectangle", diameter=None, width=1.0, height=1.2)
+
+    def integrated(level: float) -> set[str]:
+        (tmp_path / "HydroDyn.dat").write_text(water("", frame.replace(sections=sections), level, lambda a, b: None))
+        rows = hydro_members(read_input(tmp_path / "HydroDyn.dat", "HydroDyn"), Notes())
+        return {name for name, row in zip(frame.members, rows, strict=True) if row.hydrostatics == 2}
+
+    sections = dict(frame.sections)
+    at_column = {f"upper{x}_column4" for x in "ABC"} | {"column3_column4", "column4_top"}
+    assert integrated(0.0) == at_column
+    assert integrated(3.5) == set()
+    sections["ring"] = box
+    assert integrated(3.5) == {"ringA_ringB", "ringB_ringC", "ringC_ringA"}
 
 
 def test_what_a_frame_refuses_has_the_line_of_the_deck(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from meltemi.exchange.openfast.text import InputFile
 from meltemi.simulation.channels import ChannelSet, catalogue, channels_of_group, find, standard
 from meltemi.simulation.openfast_only import openfast_only, why_missing
 
-GROUPS = ("disk", "sea", "platform")
+GROUPS = ("disk", "sea", "frame", "platform")
 EVERY = catalogue(
     ChannelSet(
         nodes=100,

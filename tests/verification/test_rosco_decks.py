@@ -32,7 +32,6 @@ DECKS: dict[str, tuple[dict[str, Any], float]] = {
 }
 """How each is read, and a wind speed [m/s] somewhat below its rated one."""
 REFUSED = {
-    "IEA-15-240-RWT_OLAF": "vortex wake",
     "MHK_RM1_Floating": "marine",
     "5MW_Land_Simulink": "controller is not ROSCO",
 }
@@ -56,6 +55,14 @@ def test_no_deck_is_left_out(rosco_cases: Path) -> None:
 def test_refused_by_name(rosco_cases: Path, name: str) -> None:
     with pytest.raises((UnsupportedError, meltemi.InputError), match=REFUSED[name]):
         meltemi.io.read_openfast(main_file(rosco_cases, name))
+
+
+def test_a_vortex_wake_is_that_of_olaf(rosco_cases: Path) -> None:
+    """600 panels of one time step, 5 ms: 0.38 revolutions at 7.55 rpm, less than the shortest wake that is possible."""
+    deck = read(rosco_cases, "IEA-15-240-RWT_OLAF", {})
+    options = ModelOptions(**deck.options)
+    assert (options.wake, options.vortices.length, options.vortices.wake_core) == ("free", 1.0, 2.0)
+    assert [note.what for note in deck.noted("approximated") if "nNWPanels" in note.what] == ["nNWPanels = 600"]
 
 
 @pytest.mark.parametrize("models", ["as in the deck", "ours"])

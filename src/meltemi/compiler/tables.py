@@ -364,6 +364,9 @@ class Table(metaclass=TableClass):
     blades: int
     nodes: int
     modes: int
+    ages: int
+    edges: int
+    sources: int
     flaps: int
     parts: int
     stations: int

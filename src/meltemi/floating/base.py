@@ -28,10 +28,10 @@ from meltemi.compiler import (
 )
 from meltemi.compiler import rotation as matrix
 from meltemi.floating.mooring import Moorings
+from meltemi.floating.moving_base import MovingBase, base_motion, base_row
 from meltemi.maths.rotations import angular_acceleration, angular_velocity, rotation
 from meltemi.maths.vectors import cross
 from meltemi.simulation.system import System
-from meltemi.structure.moving_base import MovingBase, base_motion, base_row
 
 
 class Floater(Table):

@@ -1,6 +1,6 @@
 """Potential-flow coefficients of a platform, from files of WAMIT, a dataset of Capytaine, or one compact file.
 
-Reference: docs/theory/floating.md (W-1, W-2); WAMIT user manual, chapter 4.
+Reference: docs/theory/floating.md (W-1, W-2, W-43, W-44); WAMIT user manual, chapter 4.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.files import bytes_of
 from meltemi.floating.capytaine import read_capytaine
-from meltemi.floating.potential import NO_FORCE, NONE, HydroCoefficients
+from meltemi.floating.platform import Platform
+from meltemi.floating.potential import NO_FORCE, NONE, HydroCoefficients, about_still_water
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -26,6 +27,37 @@ Complex = NDArray[np.complex128]
 DATA = Path(__file__).parent / "data"
 LARGEST = 200_000_000
 """[bytes] largest size of a file."""
+MOST_BODIES = 20
+
+
+def platform_coefficients(platform: Platform) -> HydroCoefficients:
+    """Coefficients of a platform; those of several bodies as of one.
+
+    Raises:
+      InputError: as for :func:`bodies_coefficients`.
+    """
+    c = bodies_coefficients(platform)
+    if not platform.bodies:
+        return c
+    places, volumes = zip(*((each.place, each.volume) for each in platform.bodies), strict=True)
+    return about_still_water(c, np.array(places), np.array(volumes))
+
+
+def bodies_coefficients(platform: Platform) -> HydroCoefficients:
+    """Coefficients of all bodies of a platform, about a point of each.
+
+    Raises:
+      InputError: as for :func:`read_coefficients`; or the file has another number of bodies, or forces of second order.
+    """
+    c = read_coefficients(platform.coefficients)
+    if (found := len(c.infinite) // 6) != max(given := len(platform.bodies), 1):
+        raise InputError(
+            f"platform.bodies: {given} bodies, but {platform.coefficients} has motions of {found}; give place and "
+            "volume of each, in the order of its motions"
+        )
+    if platform.bodies and len(c.drift) + len(c.sums):
+        raise InputError(f"platform.bodies: {platform.coefficients} has forces of second order, which need one body")
+    return c
 
 
 def read_coefficients(name: str) -> HydroCoefficients:
@@ -71,9 +103,9 @@ DAMAGED = (
 
 def _check(path: Path, c: HydroCoefficients) -> None:
     """Refuse arrays whose shapes do not fit each other, or that are not finite."""
-    f, h = c.frequency.size, c.heading.size
-    shapes: dict[str, tuple[int, ...]] = {"frequency": (f,), "heading": (h,), "excitation": (f, h, 6)}
-    shapes |= {"added_mass": (f, 6, 6), "damping": (f, 6, 6), "infinite": (6, 6), "hydrostatic": (6, 6)}
+    f, h, n = c.frequency.size, c.heading.size, max(6 * (len(c.infinite) // 6), 6)
+    shapes: dict[str, tuple[int, ...]] = {"frequency": (f,), "heading": (h,), "excitation": (f, h, n)}
+    shapes |= {"added_mass": (f, n, n), "damping": (f, n, n), "infinite": (n, n), "hydrostatic": (n, n)}
     for name, grid, headings in (
         ("drift", c.drift_frequency, c.drift_heading),
         ("sums", c.sums_frequency, c.sums_heading),
@@ -101,13 +133,16 @@ def write_coefficients(coefficients: HydroCoefficients, path: Path) -> None:
 def read_wamit(path: Path) -> HydroCoefficients:
     """Coefficients from files ``.1``, ``.3``, ``.hst``, of reference length 1 m, and ``.12d``, ``.12s`` if there are.
 
+    Motions 7 to 12 are those of a second body, and so on.
+
     Raises:
       InputError: a file is missing or is not one of WAMIT's.
     """
     radiation, (i, j) = _table(path, ".1", 4, slice(1, 3))
     waves, (k,) = _table(path, ".3", 7, slice(2, 3))
     rest, stiff = _table(path, ".hst", 3, slice(0, 2))
-    infinite, hydrostatic = np.zeros((6, 6)), np.zeros((6, 6))
+    n = 6 * (int(max(i.max(), j.max(), k.max(), stiff.max())) // 6 + 1)
+    infinite, hydrostatic = np.zeros((2, n, n))
     hydrostatic[*stiff] = rest[:, 2]
     # period -1 is zero frequency, 0 infinite frequency: no damping there
     finite, limit = radiation[:, 0] > 0.0, radiation[:, 0] == 0.0
@@ -116,7 +151,7 @@ def read_wamit(path: Path) -> HydroCoefficients:
     infinite[i[limit], j[limit]] = radiation[limit, 3]
     period, where = np.unique(radiation[finite, 0], return_inverse=True)
     frequency = 2.0 * np.pi / period
-    added, damping = np.zeros((2, len(period), 6, 6))
+    added, damping = np.zeros((2, len(period), n, n))
     added[where, i[finite], j[finite]] = radiation[finite, 3]
     damping[where, i[finite], j[finite]] = radiation[finite, 4]
     damping *= frequency[:, None, None]
@@ -124,7 +159,7 @@ def read_wamit(path: Path) -> HydroCoefficients:
     if len(periods) != len(period) or not np.allclose(periods, period, rtol=1e-5):
         raise InputError(f"{path}.3: its periods are not those of {path.name}.1; the files do not belong together")
     heading, along = np.unique(waves[:, 1], return_inverse=True)
-    excitation = np.zeros((len(period), len(heading), 6), dtype=np.complex128)
+    excitation = np.zeros((len(period), len(heading), n), dtype=np.complex128)
     excitation[at, along, k] = waves[:, 5] + 1j * waves[:, 6]
     back = slice(None, None, -1)  # by rising frequency
     return HydroCoefficients(
@@ -166,8 +201,10 @@ def _table(path: Path, end: str, least: int, modes: slice) -> tuple[Float, NDArr
     width = max(map(len, rows))
     table = np.array([row + [0.0] * (width - len(row)) for row in rows])
     columns = table[:, modes].T.astype(np.int64) - 1
-    if columns.min() < 0 or columns.max() > 5:
+    most = 6 if end.startswith(".12") else 6 * MOST_BODIES
+    if columns.min() < 0 or columns.max() >= most:
         raise InputError(
-            f"{name}: modes must be from 1 to 6 (one body), found {columns.min() + 1} to {columns.max() + 1}"
+            f"{name}: modes must be from 1 to {most}, found {columns.min() + 1} to {columns.max() + 1}"
+            + " (forces of second order are those of one body)" * (most == 6)
         )
     return table, columns

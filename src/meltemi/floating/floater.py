@@ -38,7 +38,7 @@ from meltemi.floating.base import (
     point_motion,
     six,
 )
-from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.coefficients import platform_coefficients
 from meltemi.floating.consistency import check_coefficients
 from meltemi.floating.members import flow_at, pieces, with_members
 from meltemi.floating.mooring import (
@@ -57,6 +57,7 @@ from meltemi.floating.mooring import (
     string_forces,
 )
 from meltemi.floating.moorings import mooring_tables
+from meltemi.floating.moving_base import add_to_base, moving_base
 from meltemi.floating.platform import Platform
 from meltemi.floating.potential import HydroCoefficients
 from meltemi.floating.radiation import Radiation, fit_radiation
@@ -77,7 +78,6 @@ from meltemi.simulation.step import (
     part_rates,
 )
 from meltemi.simulation.system import March, Outputs
-from meltemi.structure.moving_base import add_to_base, moving_base
 from meltemi.turbine.definition import BaseMotion
 
 Float = NDArray[np.float64]
@@ -508,7 +508,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
       InputError: no coefficients, no fit of the radiation, or the platform does not float.
     """
     platform: Platform = turbine.platform
-    potential = read_coefficients(platform.coefficients) if platform.coefficients else None
+    potential = platform_coefficients(platform) if platform.coefficients else None
     if potential is not None:
         check_coefficients(potential, platform, f"{turbine.name}: platform.coefficients")
     c = with_members(potential, platform.members, platform.depth, GRAVITY)

@@ -27,6 +27,17 @@ OFF_BED = 0.02
 """Height of an anchor above the sea bed, over the depth, from which on it hangs in the water."""
 
 
+class Body(Record):
+    """One of several bodies to which potential flow is known, with axes parallel to those of the platform."""
+
+    place: Vector
+    """(3,) [m] point about which its motions turn."""
+    volume: float = Field(ge=0.0)
+    """[m^3] volume of the water that it displaces at rest."""
+    members: tuple[str, ...] = ()
+    """Members of the frame of a flexible platform over which its loads spread."""
+
+
 class Platform(Record):
     """A floating platform. Heights are above still water, positions from the tower's axis, in inertial axes at rest."""
 
@@ -46,6 +57,8 @@ class Platform(Record):
     """Name in the library, or beside the turbine's file a compact file (.npz), a dataset of Capytaine (.nc), or the
     common path of WAMIT files .1, .3, .hst, .12d and .12s; about the point on the tower's axis at still water, without
     the platform's weight. Without, the members have it all."""
+    bodies: tuple[Body, ...] = ()
+    """Bodies of the coefficients, if they are those of several, in the order of their motions 1 to 6, 7 to 12, ..."""
     linear_damping: Array | None = None
     """(6, 6) [N s/m, N s, N m s] linear damping: force against the velocity."""
     quadratic_damping: Array | None = None
@@ -101,6 +114,15 @@ class Platform(Record):
         for name in ("centre", "inertia"):
             if len(getattr(self, name)) != 3:
                 raise ValueError(f"{name} must have 3 entries, along x, y, z, found {len(getattr(self, name))}")
+        if self.bodies and not self.coefficients:
+            raise ValueError("bodies: they are those of coefficients of potential flow; give coefficients")
+        for i, body in enumerate(self.bodies):
+            if len(body.place) != 3:
+                raise ValueError(f"bodies: place of body {i + 1} must be x, y, z, found {len(body.place)} numbers")
+        if self.bodies and abs((total := sum(each.volume for each in self.bodies)) / self.volume - 1.0) > SAME_VOLUME:
+            raise ValueError(
+                f"bodies displace {total:.5g} m^3 of water, and volume is {self.volume:.5g}; correct either"
+            )
         if np.any(self.inertia <= 0.0):
             raise ValueError("inertia must be above 0")
         if not self.coefficients:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.structure.beam import transfer
+
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 0, 6), dtype=np.complex128)
@@ -18,6 +20,8 @@ NONE, NO_FORCE = np.zeros(0), np.zeros((0, 0, 0, 6), dtype=np.complex128)
 @dataclass(frozen=True)
 class HydroCoefficients:
     """Coefficients over water density, and gravity where they have it, about a point at still water.
+
+    Those of N bodies have 6N motions in place of 6, and no forces of second order.
 
     Attributes:
       frequency: (F,) [rad/s] increasing.
@@ -55,18 +59,19 @@ def tilt_stiffness(place: Float, force: float) -> Float:
     return C
 
 
-def about_still_water(c: HydroCoefficients, centre: Float, volume: float) -> HydroCoefficients:
-    """Coefficients of first order about the origin, from those about another point of the body (W-43, W-44).
+def about_still_water(c: HydroCoefficients, centre: Float, volume: Float | float) -> HydroCoefficients:
+    """Coefficients of first order about the origin, from those about another point of the body, or about one of each of
+    N bodies that are rigidly connected (W-43, W-44).
 
     Args:
       c: coefficients without forces of second order.
-      centre: (3,) [m] centre of rotation of the motions of ``c``.
-      volume: [m^3] volume of the displaced water.
+      centre: (3,) or (N, 3) [m] centre of rotation of the motions of ``c``.
+      volume: (N,) [m^3] volume of the displaced water.
     """
-    T = np.eye(6)
-    T[:3, 3:] = np.cross(np.eye(3), centre).T
+    centres, volumes = np.reshape(centre, (-1, 3)), np.ravel(volume)
+    T = transfer(centres).reshape(-1, 6)
     added, damping, infinite, C = (T.T @ each @ T for each in (c.added_mass, c.damping, c.infinite, c.hydrostatic))
-    stiffness = C + tilt_stiffness(centre, volume)
+    stiffness = C + sum(map(tilt_stiffness, centres, volumes))
     return replace(
         c, added_mass=added, damping=damping, infinite=infinite, excitation=c.excitation @ T, hydrostatic=stiffness
     )

@@ -2,3 +2,5 @@
 
 Reference: docs/theory/frames.md (F-1 ...).
 """
+
+KERNELS = ("afloat.py", "part.py")

@@ -21,24 +21,26 @@ from meltemi.compiler import Array2, Constant, KernelRecord, Numbers, Table, Vec
 from meltemi.floating.balance import turbine_weight
 from meltemi.floating.base import WHOLE_LOAD, FloaterSystem, six
 from meltemi.floating.floater import floater_loads
-from meltemi.frames.hull import Spread, afloat, by_added_mass, by_water_plane, rigid_motions
+from meltemi.floating.moving_base import base_row
+from meltemi.floating.waves import excitation
+from meltemi.frames.hull import Bodies, Spread, afloat, bodies_of, by_water_plane, hull_spread, rigid_motions
 from meltemi.frames.kinematics import kinematics
-from meltemi.frames.loads import Loads
+from meltemi.frames.loads import Derived, Loads
 from meltemi.frames.part import FrameBasis, FrameClock, FrameSea, FrameSection, FrameWater, still_forces, wave_forces
 from meltemi.frames.recovery import Recovery
 from meltemi.frames.reduction import tower_base
 from meltemi.frames.water import liquid_inside, pieces
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross
-from meltemi.sea.airy import GRAVITY
+from meltemi.sea.airy import wave_number
 from meltemi.sea.conditions import StillWater
+from meltemi.sea.field import amplitudes_at, summed, times
 from meltemi.sea.pile import at, cubic
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.parts import Derived, Part
+from meltemi.simulation.parts import Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs
 from meltemi.structure.beam import transfer
-from meltemi.structure.moving_base import base_row
 
 Float = NDArray[np.float64]
 TOWER, WATER, PLACE, FALL, MODES = 0, 6, 12, 15, 21
@@ -134,7 +136,12 @@ class AfloatLoads(Loads):
     @cached_property
     def spread(self) -> Spread:
         """How loads of the water spread over pieces."""
-        return by_added_mass(self.pieces)
+        return hull_spread(self.assembly, self.platform, self.pieces)
+
+    @cached_property
+    def bodies(self) -> Bodies | None:
+        """The bodies of the platform, if there are several."""
+        return bodies_of(self.assembly, self.platform, self.pieces)
 
     @property
     def deep(self) -> int:
@@ -166,7 +173,7 @@ class AfloatLoads(Loads):
         by_hull, by_plane = (each.forces.reshape(-1, 6).T @ on_pieces for each in (self.spread, plane))
         lift = -self.gravity * a.frame.water_density * plane.total[:, 2:5]
         rigid = rigid_motions(a.points - a.points[-1]).reshape(6, -1, 6)
-        added = np.einsum("pij,kpj->kpi", self.spread.weights, self.about_mean).reshape(len(self.below), -1)
+        added = self.spread.weighted(self.about_mean).reshape(len(self.below), -1)
         inside, on_walls = liquid_inside(a)
         weight = a.line_loads(np.outer(a.elements.fill, [0.0, 0.0, 1.0]))  # that of the liquid is among the masses
         nodes, ends = self.gravity * inside, self.gravity * (on_walls + weight) + a.pretension
@@ -210,6 +217,7 @@ class AfloatPart(Part):
         "frame_section": FrameSection,
         "frame_clock": FrameClock,
     }
+    afterwards: ClassVar[tuple[str, ...]] = ("frame_section",)
     loads: AfloatLoads
     constants: dict[str, Float]
 
@@ -241,14 +249,19 @@ class AfloatPart(Part):
 
 
 def in_waves(loads: AfloatLoads, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> Any:
-    """Arrays of a floating frame in a sea (F-75)."""
+    """Arrays of a floating frame in a sea (F-75, F-78)."""
     p, frame, deep = loads.pieces, loads.assembly.frame, loads.deep
     depth = frame.depth + sea.level
     waves = sea.components(depth, duration, gravity)
     k = kinematics(waves, depth, p.place, duration, stretching="none", radius=p.radius, gravity=gravity, origin=origin)
     force = wave_forces(p, k.acceleration, frame.water_density * gravity * k.pressure)
-    force += still_forces(p, frame.water_density, 0.0, gravity)
     force[:, deep:] = 0.0
+    if (bodies := loads.bodies) is not None and len(waves.frequency):  # their resultants are those of potential flow
+        amplitude = amplitudes_at(waves, wave_number(waves.frequency, depth, gravity), origin)
+        lines = frame.water_density * gravity * amplitude * excitation(bodies.coefficients, waves).T
+        flat = force.reshape(len(force), -1)
+        flat += (summed(waves, lines, *times(waves, duration)).T - flat @ bodies.arms) @ bodies.forces.T
+    force[:, :deep] += still_forces(p, frame.water_density, 0.0, gravity)[:deep]
     force = loads.spread.balanced(force)
     flat = force.reshape(len(force), -1)
     water = FrameWater.zeros()
@@ -270,9 +283,9 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> AfloatPart:
     """
     assembly = afloat(turbine.frame, turbine.platform, tower_base(turbine.frame, turbine.tower))
     loads = AfloatLoads(
-        assembly, pieces(assembly), rotor.tower.below, GRAVITY, turbine.platform, turbine_weight(turbine)[0]
+        assembly, pieces(assembly), rotor.tower.below, rotor.tower.gravity, turbine.platform, turbine_weight(turbine)[0]
     )
-    about, weights = loads.about_mean, loads.spread.weights
-    still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), GRAVITY)
-    added = np.einsum("kpi,pij,lpj->kl", about, weights, about, optimize=True)
+    about = loads.about_mean
+    still = in_waves(loads, StillWater(), 1.0, (0.0, 0.0), loads.gravity)
+    added = np.einsum("kpi,lpi->kl", about, loads.spread.weighted(about))
     return AfloatPart(loads, still | {"frame_added": added})

@@ -72,6 +72,8 @@ def _members(frame: Frame) -> None:
             first, last = (frame.sections[each] for each in (member.section, member.end_section))
             if first.kind != last.kind or (first.thickness is None) != (last.thickness is None):
                 problem = f"has a section {member.section!r} and an end_section {member.end_section!r} of another kind"
+        if not problem and member.flooded and member.filled_to is not None:
+            problem = "is flooded and has filled_to: the sea fills a flooded member to its level; remove one of them"
         if problem:
             raise PlacedError(f"member {name!r} {problem}", "members", name)
 

@@ -16,6 +16,7 @@ from meltemi.frames.checks import TOLERANCE, check
 from meltemi.sea.soil import Soil
 from meltemi.sea.support import Growth
 from meltemi.turbine.definition import Foundation, Tower
+from meltemi.turbine.plausibility import doubt
 
 BURIED = 1.0
 """[m] feet farther above the sea bed do not stand on it."""
@@ -111,7 +112,7 @@ class Member(Record):
     line_mass: float = Field(default=0.0, ge=0.0)
     """[kg/m] mass per length of a cable, or of a rigid link."""
     flooded: bool = False
-    """Whether the sea fills it up to its level."""
+    """Whether the sea fills it up to its level; a closed member has ``filled_to`` instead."""
     filled_to: float | None = None
     """[m] height above mean sea level of the liquid in a closed member, which is full where this is above it."""
     fill_density: float = Field(default=1025.0, gt=0.0)
@@ -303,6 +304,28 @@ class Frame(Record):
         shape = {"depth": self.depth, "floats": not self.feet, "members": members, "lines": []}
         return shape | {"frame": self.content()}
 
+    def liquid(self, member: Member, level: float = 0.0) -> tuple[float, float] | None:
+        """Height [m] of the surface of the liquid inside a member, and its density [kg/m^3]; None without liquid.
+
+        Args:
+          level: [m] of still water, to which the sea fills flooded members.
+        """
+        if member.flooded:
+            return level, self.water_density
+        if member.filled_to is None:
+            return None
+        return min(member.filled_to, max(float(self.joints[joint][2]) for joint in member.joints)), member.fill_density
+
     def doubts(self, turbine: Any) -> list[str]:
-        """Sentences about implausible values."""
-        return []
+        """Sentences about implausible walls, moduli and growth."""
+        sentences = []
+        for name, each in self.sections.items():
+            key = f"frame.sections.{name}"
+            if each.kind == "tube" and each.thickness is not None:
+                slender = each.breadth / each.thickness
+                sentences.append(doubt(f"{key}.thickness", "diameter over it", slender, 3.0, 400.0))
+            moduli = each.elastic_modulus / each.shear_modulus
+            sentences.append(doubt(f"{key}.elastic_modulus", "it over shear_modulus", moduli, 2.2, 2.8))
+        for i, layer in enumerate(self.growth):
+            sentences.append(doubt(f"frame.growth.{i}", "its top [m]", layer.top, -self.depth, 10.0))
+        return sentences

@@ -440,9 +440,8 @@ def _fill_and_growth(frame: Frame, member: Member, section: Properties, heights:
             return float(bottom <= 0.5 * (low + high) < top)
         return max(min(high, top) - max(low, bottom), 0.0) / (high - low)
 
-    level = 0.0 if member.flooded and member.filled_to is None else member.filled_to
-    density = frame.water_density if member.flooded else member.fill_density
-    fill = 0.0 if level is None else density * section.hole * share(-np.inf, level)
+    level, density = frame.liquid(member) or (-np.inf, 0.0)
+    fill = density * section.hole * (1.0 if level >= high else share(-np.inf, level))
     around = ((g, g.thickness * (section.breadth + g.thickness)) for g in frame.growth)
     return fill, sum(g.density * np.pi * ring * share(g.bottom, g.top) for g, ring in around)
 

@@ -1,6 +1,6 @@
 """The hull of a flexible floating platform: its clamped joint, how loads of the water spread over it, its inertia.
 
-Reference: docs/theory/frames.md (F-70 to F-74).
+Reference: docs/theory/frames.md (F-70 to F-74, F-77, F-78).
 """
 
 from __future__ import annotations
@@ -9,9 +9,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
-from meltemi.core.errors import InputError
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.floating.coefficients import bodies_coefficients
+from meltemi.floating.potential import HydroCoefficients
 from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble
@@ -77,7 +80,7 @@ class Spread:
     What no piece can take, as the yaw moment on a single column, acts on the clamped joint.
 
     Attributes:
-      weights: (P, 3, 3) those of the pieces.
+      weights: (3 P, 3 P) those of the pieces.
       arms: (P, 3, 6) displacements of the pieces by unit motions of the platform's point.
       forces: (P, 3, 6) forces on the pieces by unit loads.
     """
@@ -89,7 +92,13 @@ class Spread:
     @property
     def total(self) -> Float:
         """(6, 6) sum of the weights about the platform's point."""
-        return np.einsum("pia,pij,pjb->ab", self.arms, self.weights, self.arms, optimize=True)
+        flat = self.arms.reshape(-1, 6)
+        return flat.T @ self.weights @ flat
+
+    def weighted(self, shape: Float) -> Float:
+        """(k, P, 3) weights times displacements (k, P, 3) of the pieces."""
+        result: Float = (shape.reshape(len(shape), -1) @ self.weights).reshape(shape.shape)
+        return result
 
     def mean(self, shape: Float) -> Float:
         """(k, 6) mean motion about the platform's point of pieces displaced by ``shape`` (k, P, 3)."""
@@ -106,10 +115,11 @@ class Spread:
 
 
 def _spread(p: Pieces, weights: Float) -> Spread:
+    """The spread by weights (P, 3, 3) of pieces, or (3 P, 3 P)."""
     arms = transfer(p.place)[:, :3]
-    total = np.einsum("pia,pij,pjb->ab", arms, weights, arms, optimize=True)
-    forces = weights @ arms @ np.linalg.pinv(total, rcond=1e-9, hermitian=True)
-    return Spread(weights, arms, forces)
+    flat, square = arms.reshape(-1, 6), weights if weights.ndim == 2 else scipy.linalg.block_diag(*weights)
+    forces = square @ flat @ np.linalg.pinv(flat.T @ square @ flat, rcond=1e-9, hermitian=True)
+    return Spread(square, arms, forces.reshape(arms.shape))
 
 
 def by_added_mass(p: Pieces) -> Spread:
@@ -118,6 +128,69 @@ def by_added_mass(p: Pieces) -> Spread:
     along = p.axis[:, :, None] * p.axis[:, None]
     across = p.added[:, None, None] * (np.eye(3) - along)
     return _spread(p, wet * (across + p.along[:, None, None] * along))
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """The bodies of a hull between which potential flow has added mass (F-77, F-78).
+
+    Attributes:
+      arms: (3 P, 6 N) displacements of the pieces by unit motions of the bodies.
+      forces: (3 P, 6 N) forces on the pieces by unit loads of the bodies, spread by their added mass of strip theory,
+        or by volume in directions in which they have none.
+      coefficients: of all bodies.
+    """
+
+    arms: Float
+    forces: Float
+    coefficients: HydroCoefficients
+
+    def spread(self, p: Pieces, density: float) -> Spread:
+        """In proportion to the added mass of potential flow between bodies, and that of strip theory within each."""
+        strip = by_added_mass(p).weights
+        mean = strip @ self.arms @ self.forces.T  # of each body, which potential flow has
+        return _spread(p, strip - mean + self.forces @ (density * self.coefficients.infinite) @ self.forces.T)
+
+
+def bodies_of(assembly: Assembly, platform: Any, p: Pieces) -> Bodies | None:
+    """The bodies of the platform of a frame, if there are several.
+
+    Raises:
+      InputError: a member is not there, or in no body or in two, or the coefficients are not those of the bodies.
+    """
+    if not platform.bodies:
+        return None
+    frame, body, elements = assembly.frame, np.full(len(p.low), NOWHERE), assembly.elements
+    for name, i in ((name, i) for i, each in enumerate(platform.bodies) for name in each.members):
+        if name not in frame.members:
+            raise InputError(f"platform.bodies: no member {name!r} in frame: {did_you_mean(name, frame.members)}")
+        on = (p.element != NOWHERE) & (elements.member[p.element] == assembly.members.index(name))
+        if (body[on] != NOWHERE).any():
+            raise InputError(f"platform.bodies: member {name!r} is in two bodies; name it in one")
+        ends = np.isin(p.node, [assembly.joint_nodes[each] for each in frame.members[name].joints])
+        body[on | (ends & (body == NOWHERE))] = i
+    strip = by_added_mass(p)
+    wet = strip.weights.any(axis=1).reshape(-1, 3).any(axis=1) & (p.element != NOWHERE)
+    if len(alone := np.flatnonzero(wet & (body == NOWHERE))):
+        name = assembly.members[elements.member[p.element[alone[0]]]]
+        raise InputError(f"platform.bodies: member {name!r} is in the water and in no body; name it in one")
+    volume = np.repeat(p.volume * (p.high < TOLERANCE), 3)
+    arms, forces = np.zeros((2, 3 * len(body), 6 * len(platform.bodies)))
+    for i, each in enumerate(platform.bodies):
+        mine, at = np.repeat(body == i, 3), slice(6 * i, 6 * i + 6)
+        arms[mine, at] = transfer(p.place[body == i] - each.place)[:, :3].reshape(-1, 6)
+        G, left = arms[:, at], np.eye(6)
+        for weighted in (strip.weights @ G, volume[:, None] * G):  # by volume what has no added mass
+            more = weighted @ np.linalg.pinv(G.T @ weighted, rcond=1e-9, hermitian=True) @ left
+            forces[:, at] += more
+            left = left - G.T @ more
+    return Bodies(arms, forces, bodies_coefficients(platform))
+
+
+def hull_spread(assembly: Assembly, platform: Any, p: Pieces) -> Spread:
+    """How loads of the water on a platform spread over the pieces of its frame (F-72, F-77)."""
+    bodies = bodies_of(assembly, platform, p)
+    return by_added_mass(p) if bodies is None else bodies.spread(p, platform.water_density)
 
 
 def by_water_plane(p: Pieces) -> Spread:
@@ -139,10 +212,9 @@ def free_mass(assembly: Assembly, platform: Any, tower_points: Float, tower_mass
       below: (6 + m, n, 6) shapes of the nodes of the frame.
     """
     water = pieces(assembly)
-    spread, rigid = by_added_mass(water), rigid_motions(tower_points)
+    spread, rigid = hull_spread(assembly, platform, water), rigid_motions(tower_points)
     on_frame = rigid_motions(assembly.points) @ (assembly.mass @ below.reshape(len(below), -1).T)
-    wet = np.einsum("pij,kpj->kpi", spread.weights, water.moved(assembly, below))
-    on_frame += spread.resultant(wet).T
+    on_frame += spread.resultant(spread.weighted(water.moved(assembly, below))).T
     on_tower = rigid @ tower_mass
     on_tower[:, :6] += on_frame[:, :6]
     total = rigid @ tower_mass @ rigid.T + platform_inertia(platform) + spread.total

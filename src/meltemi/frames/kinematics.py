@@ -152,7 +152,7 @@ def _levels(wanted: Float) -> tuple[Float, Float]:
 
 
 def _polynomial(points: Float, at: Float) -> Float:
-    """(L, T) weights of Lagrange's polynomial through points (L,) at places (T,)."""
+    """(L, T) weights of Lagrange's polynomial through points (L,), or (L, T), at places (T,)."""
     rows = [[(at - b) / (a - b) for j, b in enumerate(points) if j != i] for i, a in enumerate(points)]
     return np.stack([np.prod(row, axis=0) for row in rows])
 
@@ -193,11 +193,6 @@ def _basis(
 def _shares(w: Float, nodes: Float) -> Float:
     """(F, M) weights of values at nodes (F,) in cubic interpolation at frequencies (M,)."""
     result = np.zeros((len(nodes), len(w)))
-    first = np.clip(np.searchsorted(nodes, w) - 2, 0, len(nodes) - 4)
-    for i in range(4):
-        weight = np.ones(len(w))
-        for j in range(4):
-            if j != i:
-                weight *= (w - nodes[first + j]) / (nodes[first + i] - nodes[first + j])
-        result[first + i, np.arange(len(w))] = weight
+    four = np.clip(np.searchsorted(nodes, w) - 2, 0, len(nodes) - 4) + np.arange(4)[:, None]
+    result[four, np.arange(len(w))] = _polynomial(nodes[four], w)
     return result

@@ -6,8 +6,9 @@ Reference: docs/theory/frames.md (F-25 to F-29).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +16,18 @@ from numpy.typing import NDArray
 from meltemi.core.fingerprint import fingerprint
 from meltemi.frames.finite_elements import Assembly
 from meltemi.frames.recovery import Recovery, recovery
-from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside, liquid_of
+from meltemi.frames.water import NOWHERE, Pieces, beams, grown, liquid_inside
 from meltemi.simulation.channels import Channel
-from meltemi.simulation.parts import Derived
+from meltemi.structure.beam import transfer
+
+if TYPE_CHECKING:
+    from meltemi.frames.definition import Frame
+    from meltemi.simulation.result import Result
 
 Float = NDArray[np.float64]
 
+BLOCK, MULTIPLE = 128, 16
+"""Number of samples in a block, and what its number of channels is a multiple of."""
 PLACES = {"start": 0.0, "middle": 0.5, "end": 1.0}
 COMPONENTS = (
     ("force_x", "N", "shear along the member's x"),
@@ -33,6 +40,53 @@ COMPONENTS = (
 )
 
 
+SIX = tuple(name for name, _, _ in COMPONENTS[:6])
+
+
+def section_loads(frame: Frame, result: Result) -> dict[tuple[str, str], Float]:
+    """Section loads (T, 6) [N, N m] by member and place, of those sections whose six channels a result has."""
+    channels = {(name, at): [f"member_{name}_{at}_{load}" for load in SIX] for name in frame.members for at in PLACES}
+    return {
+        section: np.stack([result[name] for name in names], axis=1)
+        for section, names in channels.items()
+        if all(name in result for name in names)
+    }
+
+
+@dataclass(frozen=True)
+class Derived:
+    """Channels that are a linear function of others, which a run computes for all its samples at once.
+
+    Attributes:
+      channels: the R channels.
+      sources: the B channels that the time loop records for them.
+      matrix: (B, R) values by those of the sources.
+    """
+
+    channels: Sequence[Channel]
+    sources: Sequence[Channel]
+    matrix: Float
+
+    @cached_property
+    def padded(self) -> Float:
+        """(B, R or more) the matrix with columns of zeros up to a multiple of ``MULTIPLE``."""
+        padded: Float = np.pad(self.matrix, ((0, 0), (0, -len(self.channels) % MULTIPLE)))
+        return padded
+
+    def product(self, values: Float) -> Float:
+        """(T, R) values by those of the sources (T, B), in blocks of one size.
+
+        Sums of a matrix product are rounded by its size: so no value depends on the number of samples at a time.
+        """
+        result = np.zeros((len(values), len(self.channels)))
+        for first in range(0, len(values), BLOCK):
+            rows = values[first : first + BLOCK]
+            block = np.zeros((BLOCK, values.shape[1]))
+            block[: len(rows)] = rows
+            result[first : first + BLOCK] = (block @ self.padded)[: len(rows), : len(self.channels)]
+        return result
+
+
 @dataclass(frozen=True)
 class Loads:
     """Section loads of members as a product of a matrix with the present loads and motion.
@@ -42,16 +96,22 @@ class Loads:
       pieces: pieces on which the water acts.
       below: (k, n, 6) modes at the nodes.
       gravity: [m/s^2].
+      level: [m] of still water above mean sea level, outside and inside of flooded members.
     """
 
     assembly: Assembly
     pieces: Pieces
     below: Float
     gravity: float
+    level: float = field(default=0.0, kw_only=True)
+
+    def at_level(self, level: float) -> Self:
+        """The same with still water at a level [m]."""
+        return self if level == self.level else replace(self, level=level)
 
     def content_hash(self) -> str:
         """Hash of the description from which all of it follows."""
-        return str(fingerprint(self.assembly.frame, self.assembly.points, self.below, self.gravity))
+        return str(fingerprint(self.assembly.frame, self.assembly.points, self.below, self.gravity, self.level))
 
     @cached_property
     def sections(self) -> tuple[tuple[str, str], ...]:
@@ -82,7 +142,7 @@ class Loads:
     def constant(self) -> tuple[Float, Float]:
         """Constant loads of weight and liquid inside, on nodes (n, 6) and on the ends of elements (e, 2, 6)."""
         a, e = self.assembly, self.assembly.elements
-        nodes, ends = liquid_inside(a)
+        nodes, ends = liquid_inside(a, self.level)
         growth = np.zeros((len(e.length), 3))
         growth[:, 2] = -e.growth
         return self.gravity * (nodes + a.joint_weight), self.gravity * (ends + a.weight + a.line_loads(growth))
@@ -99,26 +159,24 @@ class Loads:
         result: Float = np.einsum("kni,ni->k", self.below, nodes + self.assembly.nodal(ends))
         return result
 
-    def of_ground_and_water(self, still: Float, level: float = 0.0) -> Float:
+    def of_ground_and_water(self, still: Float) -> Float:
         """(B, 12) reaction of the ground at the mudline, and load of the water about still water (F-29).
 
         Args:
           still: (P, 3) [N] forces of still water on the pieces, which also turn with the displaced frame.
-          level: [m] of still water above mean sea level.
         """
         p, k, a = self.pieces, len(self.below), self.assembly
         m = 3 * len(p.low)
         result = np.zeros((m + 7 + 2 * k, 12))
         bed = np.array([0.0, 0.0, -a.frame.depth])
-        result[:m, 6:] = _wrench(p.place - np.array([0.0, 0.0, level]))
-        result[:m, :6] = -_wrench(p.place - bed)
-        base = a.points[-1] - bed
-        result[m : m + 6, :6] = -np.vstack([_wrench(base[None]), np.hstack([np.zeros((3, 3)), np.eye(3)])])
+        # a load does the work of its wrench about a point under the rigid motions of that point
+        result[:m, 6:] = transfer(p.place - np.array([0.0, 0.0, self.level]))[:, :3].reshape(-1, 6)
+        result[:m, :6] = -transfer(p.place - bed)[:, :3].reshape(-1, 6)
+        result[m : m + 6, :6] = -transfer(a.points[-1] - bed)
         nodes, ends = self.constant
-        inertia = (a.mass @ self.below.reshape(k, -1).T).T.reshape(self.below.shape)
-        about = a.points - bed
-        result[m + 6 : m + 6 + k, :6] = _total(inertia, about)
-        result[-1, :6] = -_total((nodes + a.nodal(ends))[None], about)[0]
+        arms = transfer(a.points - bed).reshape(-1, 6)
+        result[m + 6 : m + 6 + k, :6] = (a.mass @ self.below.reshape(k, -1).T).T @ arms
+        result[-1, :6] = -(nodes + a.nodal(ends)).reshape(-1) @ arms
         result[m + 6 + k : -1, :6] = -np.concatenate([np.zeros((k, 3)), self._leaning(still)[2]], axis=1)
         return result
 
@@ -202,26 +260,12 @@ class Loads:
         s = PLACES[place]
         z = float(a[2] + s * (b[2] - a[2]))
         outside = inside = 0.0
-        if -frame.depth <= z < 0.0:
-            outside = -z * frame.water_density * 0.25 * np.pi * (diameter(s) + 2.0 * grown(frame, z)) ** 2
-        liquid = liquid_of(frame, member)
+        if -frame.depth <= z < self.level:
+            outside = (self.level - z) * frame.water_density * 0.25 * np.pi * (diameter(s) + 2.0 * grown(frame, z)) ** 2
+        liquid = frame.liquid(member, self.level)
         if liquid is not None and z < liquid[0]:
             mine = np.flatnonzero(self.assembly.elements.member == self.assembly.members.index(name))
             section = self.assembly.elements.properties[mine[min(int(s * len(mine)), len(mine) - 1)]]
             assert section is not None
             inside = (liquid[0] - z) * liquid[1] * section.hole
         return self.gravity * (outside - inside)
-
-
-def _wrench(place: Float) -> Float:
-    """(3 P, 6) force and moment about the origin by unit forces at places (P, 3)."""
-    result = np.zeros((len(place), 3, 6))
-    result[:, :, :3] = np.eye(3)
-    result[:, :, 3:] = np.cross(place[:, None], np.eye(3)[None])
-    return result.reshape(-1, 6)
-
-
-def _total(loads: Float, place: Float) -> Float:
-    """(k, 6) sums of loads (k, n, 6) at places (n, 3), about the origin."""
-    force = loads[..., :3].sum(axis=1)
-    return np.concatenate([force, (loads[..., 3:] + np.cross(place, loads[..., :3])).sum(axis=1)], axis=1)

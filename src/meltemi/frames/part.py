@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import sqrt
 from typing import Any, ClassVar
 
@@ -39,16 +38,15 @@ from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.kinematics import kinematics
-from meltemi.frames.loads import Loads
+from meltemi.frames.loads import Derived, Loads
 from meltemi.frames.reduction import tower_base
-from meltemi.frames.water import Pieces, added_mass, pieces
+from meltemi.frames.water import Pieces, added_mass, pieces, plates
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross, dot
-from meltemi.sea.airy import GRAVITY
 from meltemi.sea.conditions import Sea, StillWater
 from meltemi.sea.pile import SeaState, at, cubic
 from meltemi.simulation.channels import Channel, channels_of_group
-from meltemi.simulation.parts import Derived, Part
+from meltemi.simulation.parts import Part
 from meltemi.simulation.step import outer_forces, outer_section_loads
 from meltemi.simulation.system import Outputs, System
 
@@ -281,11 +279,6 @@ class FramePart(Part):
     loads: Loads
     constants: dict[str, Float]
 
-    @cached_property
-    def still(self) -> Float:
-        """(P, 3) [N] forces of still water on the pieces."""
-        return still_forces(self.loads.pieces, self.loads.assembly.frame.water_density, 0.0, self.loads.gravity)
-
     @property
     def shown(self) -> tuple[str, ...]:
         """Elevation, force of the water, reactions of the ground."""
@@ -304,14 +297,23 @@ class FramePart(Part):
 
     def channels(self) -> Sequence[Channel]:
         """The sea, its loads, those of the ground, and section loads of members."""
-        return (*channels_of_group("sea"), *self.loads.channels)
+        return (*channels_of_group("sea"), *channels_of_group("frame"), *self.loads.channels)
+
+    def notices(self, channels: Sequence[Channel]) -> list[str]:
+        """Ends of members that act like plates, as those of published decks of jackets do by mistake."""
+        if not (joints := plates(self.loads.assembly, self.loads.pieces)):
+            return []
+        words = f"frame.ends: at {len(joints)} joints where members meet, {joints[0]} the first of them, drag and added"
+        words += " mass of members' ends act on the water like plates; set both to 0, unless you compare with a program"
+        return [f"{words} that has them"]
 
     def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
         """Section loads of members, by a matrix from what the time loop records (F-27)."""
-        water = next((part.water for part in parts if isinstance(part, FrameSea)), self.constants)["water"]
-        count, wet = len(self.constants["frame_whole"]), 3 * int(View(FrameWater, water)["wet"])
-        used = [*range(wet), *range(3 * len(self.loads.pieces.low), count)]
-        return self.loads.derived(channels, used, self.still)
+        water = View(FrameWater, next((p.water for p in parts if isinstance(p, FrameSea)), self.constants)["water"])
+        loads, p = self.loads.at_level(float(water["level"])), self.loads.pieces
+        used = [*range(3 * int(water["wet"])), *range(3 * len(p.low), len(self.constants["frame_whole"]))]
+        still = still_forces(p, loads.assembly.frame.water_density, loads.level, loads.gravity)
+        return loads.derived(channels, used, still)
 
     def in_sea(self, sea: Any, duration: float, origin: tuple[float, float], gravity: float) -> FrameSea:
         """The sea of a run.
@@ -319,7 +321,7 @@ class FramePart(Part):
         Raises:
           InputError: waves break, the level is too low, or the sea does not last.
         """
-        return FrameSea(in_water(self.loads, self.constants, sea, duration, origin, gravity))
+        return FrameSea(in_water(self.loads, self.constants, sea, duration, origin))
 
 
 @dataclass(frozen=True)
@@ -351,14 +353,15 @@ def wave_forces(p: Pieces, acceleration: Float, pressure: Float) -> Float:
 
 
 def in_water(
-    loads: Loads, constants: dict[str, Float], sea: Sea, duration: float, origin: tuple[float, float], gravity: float
+    loads: Loads, constants: dict[str, Float], sea: Sea, duration: float, origin: tuple[float, float]
 ) -> dict[str, Float]:
     """Arrays of a frame in a sea (F-43 to F-47).
 
     Raises:
       InputError: waves break, the level is too low, or the sea does not last.
     """
-    p, frame, rho = loads.pieces, loads.assembly.frame, loads.assembly.frame.water_density
+    loads = loads.at_level(sea.level)
+    p, frame, rho, gravity = loads.pieces, loads.assembly.frame, loads.assembly.frame.water_density, loads.gravity
     depth = frame.depth + sea.level
     if depth <= 1.0:
         raise InputError(f"sea.level: {sea.level:g} m leaves {depth:g} m of water at a depth of {frame.depth:g} m")
@@ -394,7 +397,8 @@ def in_water(
         "frame_surface": np.ascontiguousarray(surface) * moving,
         "frame_push": np.ascontiguousarray(np.column_stack([k.elevation[:, -1], push])),
         "frame_added": added_mass(p, shape, deep),
-        "frame_whole": loads.of_ground_and_water(still, sea.level),
+        "frame_whole": loads.of_ground_and_water(still),
+        "frame_still": loads.generalised,
     }
 
 
@@ -402,7 +406,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FramePart:
     """The frame of a turbine; arguments and errors as for ``simulation.parts.parts_of``."""
     frame: Frame = turbine.frame
     assembly = assemble(frame, tower_base(frame, turbine.tower))
-    loads = Loads(assembly, pieces(assembly), rotor.tower.below, GRAVITY)
+    loads = Loads(assembly, pieces(assembly), rotor.tower.below, rotor.tower.gravity)
     p = loads.pieces
     k, count = len(loads.below), len(p.low)
     nodes = FramePiece.zeros(node=count)
@@ -417,6 +421,5 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FramePart:
         "water": water,
         "frame_pieces": nodes,
         "frame_shape": np.ascontiguousarray(loads.shape.transpose(0, 2, 1).reshape(3 * k, count)),
-        "frame_still": loads.generalised,
     }
-    return FramePart(loads, constants | in_water(loads, constants, StillWater(), 1.0, (0.0, 0.0), GRAVITY))
+    return FramePart(loads, constants | in_water(loads, constants, StillWater(), 1.0, (0.0, 0.0)))

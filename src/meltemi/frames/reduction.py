@@ -19,7 +19,7 @@ from meltemi.core.threads import one_blas_thread
 from meltemi.frames.checks import TOLERANCE
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import Assembly, assemble, geometric_stiffness
-from meltemi.frames.hull import afloat, by_added_mass, free_mass, rigid_motions
+from meltemi.frames.hull import afloat, free_mass, hull_spread, rigid_motions
 from meltemi.frames.water import NOWHERE, added_mass, pieces
 from meltemi.sea.airy import GRAVITY
 from meltemi.sea.pile_beam import KINDS, first_frequency, grounded, strain_stiffness
@@ -131,7 +131,7 @@ def tower_base(frame: Frame, tower: Tower) -> Float:
     return np.array([x, y, tower.base_height])
 
 
-def supported_tower(
+def supported_tower(  # noqa: PLR0913 - as for piles, and what a frame needs besides
     frame: Frame,
     tower: Tower,
     counts: dict[str, int],
@@ -141,6 +141,7 @@ def supported_tower(
     *,
     given: bool = False,
     platform: Any = None,
+    gravity: float = GRAVITY,
 ) -> ModalMember:
     """Modal member of tower and frame, whose mesh is the tower's.
 
@@ -153,6 +154,7 @@ def supported_tower(
       tip_mass ... given: as for ``tower_member``.
       platform: the platform of which the frame is the structure (``floating.platform.Platform``). Modes are then those
         of the free platform, relative to a joint of it that moves with the base (F-71).
+      gravity: [m/s^2].
 
     Raises:
       InputError: the frame is a mechanism, has neither feet nor platform, or does not belong to the platform.
@@ -176,12 +178,14 @@ def supported_tower(
     second[..., 2] += _base_lowering(assembly, below)[:, :, None]
     damping = _damping(frame, assembly, alone, mesh, modes, below)
     if platform is None:  # that of a floating frame is small, for the water carries it where it is
-        modes = replace(modes, stiffness=modes.stiffness + GRAVITY * weight_stiffness(assembly, below))
-    member = ModalMember(tuple(names), modes, damping, second, tower_beam(tower), below=below)
-    return member if platform is None else _on_platform(member, assembly, mesh, foundation)
+        modes = replace(modes, stiffness=modes.stiffness + gravity * weight_stiffness(assembly, below))
+    member = ModalMember(tuple(names), modes, damping, second, tower_beam(tower), below=below, gravity=gravity)
+    return member if platform is None else _on_platform(member, assembly, mesh, foundation, platform)
 
 
-def _on_platform(member: ModalMember, assembly: Assembly, mesh: Mesh, foundation: Foundation | None) -> ModalMember:
+def _on_platform(
+    member: ModalMember, assembly: Assembly, mesh: Mesh, foundation: Foundation | None, platform: Any
+) -> ModalMember:
     """The member with the motions of its base, as of one rigid body, after its modes (F-71, F-73, F-74).
 
     The platform's own equations have the inertia of the frame as a rigid body.
@@ -196,11 +200,14 @@ def _on_platform(member: ModalMember, assembly: Assembly, mesh: Mesh, foundation
     mass[:n, :n] = member.modes.mass_alone
     mass[n:, :n] += product
     mass[:n, n:] += product.T
-    modes = replace(base.modes, mass=mass, mass_alone=mass)
-    hull = by_added_mass(water).mean(water.moved(assembly, member.below))
+    vibrating = mass.copy()
+    vibrating[:n, :n] = member.modes.mass  # that of free vibration in still water
+    modes = replace(base.modes, mass=vibrating, mass_alone=mass)
+    hull = hull_spread(assembly, platform, water).mean(water.moved(assembly, member.below))
     second = np.zeros_like(base.second)
     second[:n, :n] = member.second
-    return replace(base, modes=modes, second=second, momenta=momenta, below=member.below, hull=hull)
+    base = replace(base, below=member.below, gravity=member.gravity, hull=hull)
+    return replace(base, modes=modes, second=second, momenta=momenta)
 
 
 def _natural(
@@ -212,7 +219,11 @@ def _natural(
     """
     frame, water = reduced(assembly, FIXED_MODES), pieces(assembly)
     still = int(np.searchsorted(water.high, TOLERANCE))
-    wet = frame.mass + added_mass(water, water.moved(assembly, frame.shapes), still)
+    moved = water.moved(assembly, frame.shapes)
+    if platform is None:
+        wet = frame.mass + added_mass(water, moved, still)
+    else:
+        wet = frame.mass + _product(moved, hull_spread(assembly, platform, water).weights)
     # coordinates are those of the tower's nodes, of which the first is the base, then the modes of the frame
     tower, m = 6 * len(mesh.z), len(frame.frequency)
     joined = np.r_[0:6, tower : tower + m]
@@ -263,7 +274,7 @@ def _given_on_frame(
 
 def _product(shapes: Float, matrix: Any) -> Float:
     """(k, k) generalised matrix (6n, 6n) for shapes (k, n, 6)."""
-    flat = shapes.reshape(len(shapes), -1)
+    flat = shapes.reshape(len(shapes), matrix.shape[0])
     result: Float = flat @ (matrix @ flat.T)
     return result
 

@@ -5,6 +5,7 @@ Reference: docs/theory/frames.md (F-35 to F-42); Morison et al. (1950).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, fields
 from itertools import pairwise
@@ -228,18 +229,17 @@ def added_mass(p: Pieces, shape: Float, deep: int) -> Float:
     return result
 
 
-def liquid_of(frame: Frame, member: Member) -> tuple[float, float] | None:
-    """Height [m] of the surface of the liquid inside a member, and its density [kg/m^3]; None without liquid."""
-    if member.flooded:
-        return 0.0, frame.water_density
-    if member.filled_to is None:
-        return None
-    top = max(float(frame.joints[joint][2]) for joint in member.joints)
-    return min(member.filled_to, top), member.fill_density
+def plates(assembly: Assembly, p: Pieces) -> list[str]:
+    """Joints where members meet whose ends have drag or added mass, so that they act on the water like plates."""
+    meeting = Counter(joint for m in assembly.frame.members.values() if m.kind == "beam" for joint in m.joints)
+    acting = set(p.node[(p.plate > 0.0) | (p.along > 0.0)].tolist())
+    return [joint for joint, node in assembly.joint_nodes.items() if meeting[joint] > 1 and node in acting]
 
 
-def liquid_inside(assembly: Assembly) -> tuple[Float, Float]:
+def liquid_inside(assembly: Assembly, level: float = 0.0) -> tuple[Float, Float]:
     """Loads over gravity [kg] of the liquid inside of members, on nodes (n, 6) and on the ends of elements (e, 2, 6).
+
+    In flooded members it stands at the ``level`` [m] of still water.
 
     They are those of its pressure on the wall, and on both ends of each member (F-40), so that the axial force is that
     in the wall. Water that stands on the sea bed does not rest on the frame.
@@ -247,7 +247,7 @@ def liquid_inside(assembly: Assembly) -> tuple[Float, Float]:
     frame, e = assembly.frame, assembly.elements
     nodes, line = np.zeros((len(assembly.points), 6)), np.zeros((len(e.length), 3))
     for name, member, a, b, _ in beams(frame):
-        if (liquid := liquid_of(frame, member)) is None:
+        if (liquid := frame.liquid(member, level)) is None:
             continue
         top, density = liquid
         mine, axis = np.flatnonzero(e.member == assembly.members.index(name)), (b - a) / np.linalg.norm(b - a)

@@ -23,7 +23,7 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.shown import Brief
 from meltemi.gradients.reverse.compiled import Compiled
 from meltemi.gradients.reverse.memory import Memory
-from meltemi.gradients.sensitivity import Direction, check_derived, directions, settled
+from meltemi.gradients.sensitivity import Direction, directions, settled
 from meltemi.simulation import step
 from meltemi.simulation.case import SWEEPS, Case
 from meltemi.simulation.result import Result
@@ -85,7 +85,6 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
     ways = directions(model, parameters, controller, start, {})
     before = _Before()
     simulation = Simulation(run, starting=before.take)
-    check_derived(simulation)
     back = Backwards(simulation, tables=any(way.arrays for way in ways))
     began = time.perf_counter()
     size = sum(array.nbytes for array in simulation.moving)
@@ -147,6 +146,8 @@ class Backwards:
             if by.shape != result.time.shape:
                 raise InputError(f"gradient: {channel}: expected {len(result.time)} derivatives, found {by.shape}")
             adjoints[:, result.names.index(result.channel(channel).name)] += by
+        for columns, sources, each in self.simulation.derivations():
+            adjoints[:, sources] += adjoints[:, columns] @ each.matrix.T
 
     def segment(self, state: Sequence[Any], steps: int) -> None:
         """Carry the adjoints back over the steps that begin at a state."""

@@ -26,6 +26,7 @@ from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.dual_updates import dual_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
+from meltemi.core.fingerprint import fingerprint
 from meltemi.core.shown import Brief
 from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
@@ -156,7 +157,6 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
     for number, first in enumerate(rounds):
         some = ways[first : first + N_DERIVATIVES]
         simulation = Simulation(run, numbers="duals", prepare=lambda case, some=some: seed(case, some))  # type: ignore[misc]
-        check_derived(simulation)
         march(simulation, None if progress is None else lambda s, n=number: progress((n + s) / len(rounds)))  # type: ignore[misc]
         if simulation.status is Status.INTERRUPTED:
             raise KeyboardInterrupt
@@ -165,6 +165,9 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
             series_slopes = np.empty((*result.data.shape, len(ways)))
         # derivatives were carried for a step of each parameter
         slopes = simulation.case.slopes["output"][: len(result.time), :, : len(some)]
+        for k in range(len(some)):
+            simulation.derive(slopes[..., k])
+        slopes = slopes[:, : result.data.shape[1]]
         np.divide(slopes, [way.step for way in some], out=series_slopes[..., first : first + len(some)])
         for name, count in count_switches(simulation.case, controller).items():
             switches[name] = None if count is None else count + (switches.get(name) or 0)
@@ -178,19 +181,6 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
         slopes=series_slopes,
         switches=switches,
     )
-
-
-def check_derived(simulation: Simulation) -> None:
-    """Check that no recorded channel is computed after the time loop, where derivatives end.
-
-    Raises:
-      InputError: there is one.
-    """
-    if names := [channel.name for each in simulation.derived for channel in each.channels]:
-        raise InputError(
-            f"{names[0]}: section loads of members are computed after the time loop and have no derivatives; leave "
-            "these channels out"
-        )
 
 
 def settled(run: Run) -> tuple[Run, Model[Any], Controller, StartPoint]:
@@ -322,6 +312,11 @@ def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
             sides.append(matched(side, model) if isinstance(model.rotor, BladedRotor) else side)
         except (ValueError, MeltemiError) as error:
             raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
+    if any(_apart(side) != _apart(model) for side in sides):
+        raise InputError(
+            f"sensitivity: {name!r} changes tables of the substructure or of the water, which carry no derivatives; "
+            "compare two runs instead"
+        )
     arrays = {}
     low_tables, high_tables = (tables(side) for side in sides)
     for array, low in low_tables.items():
@@ -362,8 +357,14 @@ def turbine_values(name: str, target: Any, keys: Sequence[str], before: tuple[st
 def tables(model: Model[Any]) -> dict[str, Float]:
     """Arrays of a model that depend on the turbine's description."""
     arrays = {name: model.array(name) for name in kind_of(model).tables}
-    arrays |= {name: array for part in model.parts for name, array in vars(part).items()}
+    arrays |= {name: a for part in model.parts for name, a in vars(part).items() if isinstance(a, np.ndarray)}
     return arrays | (model.rotor.blade_arrays if isinstance(model.rotor, BladedRotor) else {})
+
+
+def _apart(model: Model[Any]) -> str | None:
+    """Hash of what the parts of a model hold besides :func:`tables`, and which a run carries no derivatives of."""
+    held = [each for part in model.parts for each in vars(part).values() if not isinstance(each, np.ndarray)]
+    return fingerprint(*held)
 
 
 def with_tables(model: Model[Any], changed: dict[str, Float]) -> Model[Any]:

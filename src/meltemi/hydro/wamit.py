@@ -14,7 +14,8 @@ from meltemi.floating.potential import HydroCoefficients
 
 def wamit_texts(c: HydroCoefficients) -> dict[str, str]:
     """Files .1, .3, .hst, .12d, .12s with reference length 1 m; zero frequency has the added mass of the lowest."""
-    modes = [(i, j) for i in range(6) for j in range(6)]
+    n = len(c.infinite)
+    modes = [(i, j) for i in range(n) for j in range(n)]
     period = (2.0 * np.pi / c.frequency).tolist()
     rows = [
         [T, i + 1, j + 1, float(A[i, j])] for T, A in ((-1.0, c.added_mass[0]), (0.0, c.infinite)) for i, j in modes
@@ -25,7 +26,7 @@ def wamit_texts(c: HydroCoefficients) -> dict[str, str]:
         [T, float(beta), k + 1, *_polar(X[h, k])]
         for T, X in zip(period, c.excitation, strict=True)
         for h, beta in enumerate(c.heading)
-        for k in range(6)
+        for k in range(n)
     )
     hydrostatic = ([i + 1, j + 1, float(c.hydrostatic[i, j])] for i, j in modes)
     texts = {".1": _text(rows), ".3": _text(excitation), ".hst": _text(hydrostatic)}

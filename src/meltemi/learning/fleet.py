@@ -39,6 +39,7 @@ from meltemi.postprocess.fatigue import usual_slope
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.options import ModelOptions
+from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build, default_step, operating_point
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
@@ -280,6 +281,10 @@ class Episode:
             slope = usual_slope(channel) if channel else None
             if channel is None or slope is None:
                 raise InputError(f"loads: {name!r} is not the meltemi name of a load channel, see `meltemi channels`")
+            if any(channel in each.channels for each in run.derived):
+                raise InputError(
+                    f"loads: {name!r} is computed after the time loop, and no reward; it may be in channels"
+                )
             scale = load_scale(turbine, name)
             counter = CounterState.of(column=names.index(name), scale=scale, weight=weight)
             counter.cycles.slope = slope
@@ -300,6 +305,12 @@ class Episode:
         self.slot, self.law = Slot("floats", arrays), AgentState(case.controller_state[:AGENT])
         self.counters = arrays["counters"]
         self.records = (*run.loop.records, self.slot)
+
+    def result(self) -> Result:
+        """Result up to now."""
+        run = self.simulation
+        run.derive(run.loop.output[: int(run.case.clock.row)])  # the fleet's loop does not
+        return run.result()
 
     def close(self) -> None:
         """Release the simulation."""

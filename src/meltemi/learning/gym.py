@@ -102,7 +102,7 @@ class TurbineEnv(gymnasium.Env[Observation, Observation]):  # type: ignore[misc]
         """
         if self.fleet.episodes[0] is None:
             raise InputError("result: no episode is running; begin one by reset()")
-        return self.fleet.episodes[0].simulation.result()
+        return self.fleet.episodes[0].result()
 
     def close(self) -> None:
         """Release the simulation."""
@@ -203,7 +203,7 @@ class TurbineVectorEnv(VectorEnv[Observation, Observation, NDArray[np.float64]])
 
     def results(self) -> list[Result]:
         """Result of every turbine, as :meth:`TurbineEnv.result`."""
-        return [episode.simulation.result() for episode in self.fleet.episodes]
+        return [episode.result() for episode in self.fleet.episodes]
 
     def close_extras(self, **kwargs: Any) -> None:
         """Release the simulations and threads."""

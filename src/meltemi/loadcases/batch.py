@@ -218,6 +218,8 @@ class Batch:
         march(run, case.progress, stop=self.stop.is_set)
         if run.status is Status.INTERRUPTED:
             self._heard(None)
+        if self.device != "cpu":  # a card does not
+            run.derive(run.loop.output[: int(run.case.clock.row)])
         result = run.result()
         result.meta["case"] = name
         ended: Any = result if self.series else cast("Any", run.sink).summary(result, run.output_step)
@@ -232,6 +234,8 @@ class Batch:
             self.compiled = True
         run = run or prepare(case, self.device, chunk)
         if not self.series:
+            if self.device != "cpu" and run.derived:
+                raise InputError(f"device {self.device!r}: section loads of members need series=True")
             import_module("meltemi.postprocess.summary").counted(run, self.slopes)
         return run
 

@@ -109,7 +109,7 @@ def _sections(overview: TurbineOverview, picture: Path) -> list[Section]:
         *(Section(name.capitalize(), [pictures[name]]) for name in ("blade", "tower", "polars", "rotor")),
         Section("Operation", [pictures["operation"], *operation]),
     ]
-    if overview.turbine.frame is not None and overview.turbine.platform is None and overview.model is not None:
+    if overview.turbine.frame is not None and overview.model is not None:
         sections.insert(4, Section("Frame", frame_blocks(overview.turbine, overview.model.rotor.tower)))
     if overview.modes:
         text = "Modes of the turbine at rest and in vacuum, with locked generator; amplitudes in m and rad."

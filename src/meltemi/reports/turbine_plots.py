@@ -289,7 +289,7 @@ def tower_modes(ax: Axes, overview: TurbineOverview) -> None:
         return _missing(ax, title, overview.problems["model"])
     member = overview.model.rotor.tower
     for k, name in enumerate(member.names):
-        if "torsion" not in name:
+        if "torsion" not in name and not name.startswith("base"):  # a floating base moves, and does not bend
             # both directions nearly coincide: the second is drawn thin on the first
             component, colour, width = (0, FLAP, 2.8) if "fore" in name else (1, EDGE, 1.1)
             line = "-" if name.startswith("1st") else "--"

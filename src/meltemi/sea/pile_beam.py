@@ -12,6 +12,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from meltemi.core.errors import UnsupportedError
 from meltemi.sea.soil import Soil
 from meltemi.sea.support import Support
 from meltemi.structure.beam import (
@@ -385,5 +386,11 @@ def _on_top_of_pile(
 
 
 def first_frequency(modes: Modes) -> float:
-    """Lowest natural frequency [rad/s] of a tower with its pile and tip mass, for any set of shapes."""
+    """Lowest natural frequency [rad/s] of a tower with its pile and tip mass, for any set of shapes.
+
+    Raises:
+      UnsupportedError: there are none.
+    """
+    if not len(modes.shape):
+        raise UnsupportedError("a tower on a pile or frame needs a mode; keep one, and hold it still by options.locked")
     return float(np.sqrt(scipy.linalg.eigvalsh(modes.stiffness, modes.mass)[0]))

@@ -148,7 +148,7 @@ GEARBOX = re.compile(r"main_shaft_torque|high_speed_shaft_torque|stage_\d_.*")
 def every_kind() -> dict[str, Channel]:
     """Channels of all kinds that a turbine may have, with the smallest numbers of nodes, stations and flaps."""
     numbered = (*channels_of_group("pile_station", 1), *channels_of_group("line", 1))
-    further = sum(map(channels_of_group, ("electrical", "disk", "sea", "platform")), numbered)
+    further = sum(map(channels_of_group, ("electrical", "disk", "sea", "frame", "platform")), numbered)
     return catalogue(ChannelSet(nodes=1, flaps=1, gears=(2, 3), further=further))
 
 
@@ -186,6 +186,8 @@ def find(name: str, channels: dict[str, Channel]) -> Channel:
         hint = "only a power-coefficient turbine has it"
     if lower.startswith("pile_") or lower in {name.lower() for row in _rows("sea") for name in row[:2]}:
         hint = "only a turbine in the sea has it, with turbine.support" + " or turbine.frame" * (lower[:5] != "pile_")
+    if lower in {name.lower() for row in _rows("frame") for name in row[:2]}:
+        hint = "only a turbine on a frame in the sea has it, with turbine.frame"
     if lower.startswith("member_") and not any(name.startswith("member_") for name in channels):
         hint = "section loads of members are those of runs of a turbine on a frame, such as nrel5mw-jacket"
     if lower in {row[0] for row in _rows("electrical")}:

@@ -95,10 +95,9 @@ class VortexOptions(Record):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        if not self.lattice <= max(self.free, self.lattice) <= self.length:
-            raise ValueError(
-                f"expected lattice and free up to length, {self.length:g} revolutions, found {self.lattice:g}, {self.free:g}"
-            )
+        if max(self.lattice, self.free) > self.length:
+            least = max(self.lattice, self.free)
+            raise ValueError(f"length: expected at least lattice and free, {least:g}, found {self.length:g}")
         return self
 
 

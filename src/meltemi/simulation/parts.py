@@ -64,21 +64,6 @@ class StateRows:
         return [LinearVariable(name, unit, (((self.array, i), 1.0),), (self.derivative, i)) for i, (name, unit) in each]
 
 
-@dataclass(frozen=True)
-class Derived:
-    """Channels that are a linear function of others, which a run computes for all its samples at once.
-
-    Attributes:
-      channels: the R channels.
-      sources: the B channels that the time loop records for them.
-      matrix: (B, R) values by those of the sources.
-    """
-
-    channels: Sequence[Channel]
-    sources: Sequence[Channel]
-    matrix: Any
-
-
 class Part:
     """Base of parts, which does nothing. A part is a frozen data class of the arrays that its records need.
 
@@ -89,9 +74,11 @@ class Part:
       parameter_tables: table, array and names of scalar parameters, as of a rotor.
       afterwards: signals that a run computes after its time loop, and which have no value at an instant.
       replaces_momentum: whether the part computes the induced velocities in place of the momentum balance.
+      settles: whether runs begin in steady operation without the part, which settles there.
     """
 
     replaces_momentum: ClassVar[bool] = False
+    settles: ClassVar[bool] = False
     control: ClassVar[type[KernelRecord] | None] = None
     system: ClassVar[type[KernelRecord] | None] = None
     signals: ClassVar[dict[str, type[Table]]] = {}
@@ -118,8 +105,8 @@ class Part:
         """Channels that a run can record of the part."""
         return ()
 
-    def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Derived | None:
-        """Those of the channels of a run that follow from other ones; ``parts`` are those of the run."""
+    def derived(self, channels: Sequence[Channel], parts: Sequence[Part]) -> Any:
+        """Those channels of a run with ``parts`` that follow from others (``frames.loads.Derived``), or None."""
         return None
 
     def states(self) -> Sequence[StateRows]:

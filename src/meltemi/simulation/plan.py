@@ -21,7 +21,7 @@ from meltemi.simulation.channels import DEFAULT, Channel
 from meltemi.simulation.grid import check_grid
 from meltemi.simulation.model import Model, Stations
 from meltemi.simulation.operating_point import OperatingPoint
-from meltemi.simulation.parts import Derived, Part, part_of_sea
+from meltemi.simulation.parts import Part, part_of_sea
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
@@ -69,7 +69,7 @@ class RunPlan:
     stations: Stations
     parts: tuple[Part, ...]
     channels: tuple[Channel, ...]
-    derived: tuple[Derived, ...]
+    derived: tuple[Any, ...]
     recorder: Any
     events: Events
     dt: float

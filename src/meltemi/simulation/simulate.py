@@ -7,7 +7,7 @@ import math
 import platform
 import time as clock_time
 import weakref
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from functools import cache
@@ -197,7 +197,7 @@ class Simulation:
             first = int(self.case.clock.row)
             self.loop.march(min(left - done, self.held_steps))
             if self.derived:
-                self._derive(self.loop.output[first : int(self.case.clock.row)])
+                self.derive(self.loop.output[first : int(self.case.clock.row)])
             if self.sink is not None:
                 self.sink()
         self.run_seconds += clock_time.perf_counter() - began
@@ -206,13 +206,16 @@ class Simulation:
         if self.finished:
             self.close()
 
-    def _derive(self, samples: NDArray[np.float64]) -> None:
-        """Compute the channels of samples that follow from others."""
+    def derivations(self) -> Iterator[tuple[list[int], slice, Any]]:
+        """Columns of channels that follow from others, columns of those, and how."""
         place, begin = {channel: i for i, channel in enumerate(self.channels)}, len(self.channels)
         for each in self.derived:
-            end = begin + len(each.sources)
-            samples[:, [place[channel] for channel in each.channels]] = samples[:, begin:end] @ each.matrix
-            begin = end
+            yield [place[channel] for channel in each.channels], slice(begin, begin := begin + len(each.sources)), each
+
+    def derive(self, samples: NDArray[np.float64]) -> None:
+        """Compute the channels of samples (T, columns) that follow from others."""
+        for columns, sources, each in self.derivations():
+            samples[:, columns] = each.product(samples[:, sources])
 
     def stream(self, samples: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """March a run without end, piece by piece, in the memory of its output.

@@ -88,6 +88,7 @@ class ModalMember:
       below: (k, n, 6) shapes of the nodes of a frame below a tower; None without.
       hull: (k, 6) mean motion of the hull of a flexible platform about its point by the modes that are not motions of
         the base; None without.
+      gravity: [m/s^2] that under which a frame below a tower stands or floats; 0 without.
     """
 
     names: tuple[str, ...]
@@ -98,6 +99,7 @@ class ModalMember:
     momenta: Float | None = None
     below: Float | None = None
     hull: Float | None = None
+    gravity: float = 0.0
 
     def second_at(self, z: Float) -> Float:
         """(k, k, m, 3) second-order displacements at coordinates ``z`` (m,)."""

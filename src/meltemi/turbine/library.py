@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 Aeroelastic = Literal["nrel5mw", "iea10mw", "iea15mw", "iea22mw", "zr20-122", "ct30-155"]
 AtSea = Literal["nrel5mw-monopile", "nrel5mw-jacket", "nrel5mw-tripod", "iea15mw-monopile", "iea22mw-monopile"]
-Floating = Literal["nrel5mw-spar", "iea15mw-volturnus", "iea15mw-volturnus-flexible", "iea22mw-semi"]
+Floating = Literal["nrel5mw-spar", "iea15mw-volturnus", "iea22mw-semi"]
+Flexible = Literal["iea15mw-volturnus-flexible", "iea22mw-semi-flexible"]
 
 DATA = Path(__file__).parent / "data"
 
@@ -62,12 +63,11 @@ def list_turbines() -> list[str]:
 def packages_of(name: str) -> tuple[str, ...]:
     """Optional packages that provide the data of a library turbine; empty for others."""
     entry = library_entries().get(name)
-    packages = () if entry is None or entry.windio is None else ("windIO",)
-    return packages if entry is None or entry.base is None else packages_of(entry.base)
+    return packages_of(entry.base) if entry and entry.base else ("windIO",) * bool(entry and entry.windio)
 
 
 @overload
-def load_turbine(name: Aeroelastic | AtSea | Floating) -> Turbine: ...
+def load_turbine(name: Aeroelastic | AtSea | Floating | Flexible) -> Turbine: ...
 @overload
 def load_turbine(name: Literal["pmsg20mw", "pmsg20mw-bem"]) -> PowerTurbine: ...
 @overload

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from meltemi.scene.record import Scene
 from meltemi.simulation.result import Result
-
-SIX = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 
 
 def with_utilisation(scene: Scene, result: Result) -> tuple[Scene, str]:
@@ -27,17 +23,11 @@ def with_utilisation(scene: Scene, result: Result) -> tuple[Scene, str]:
     from meltemi.frames.definition import Frame
     from meltemi.frames.joints.fatigue import largest_utilisations
     from meltemi.frames.joints.settings import JointSettings
-    from meltemi.frames.loads import PLACES
+    from meltemi.frames.loads import section_loads
 
-    frame, part = Frame(**water["frame"]), result.evaluated
-    channels = {(name, at): [f"member_{name}_{at}_{load}" for load in SIX] for name in frame.members for at in PLACES}
-    loads = {
-        section: np.stack([part[name] for name in names], axis=1)
-        for section, names in channels.items()
-        if all(name in part for name in names)
-    }
+    frame = Frame(**water["frame"])
     used: dict[str, float] = {}
-    for (name, _), (ratio, _) in largest_utilisations(frame, loads).items():
+    for (name, _), (ratio, _) in largest_utilisations(frame, section_loads(frame, result.evaluated)).items():
         used[name] = max(ratio, used.get(name, 0.0))
     drawn = [used.get(name) for name, member in frame.members.items() if member.kind == "beam"]
     shown = {key: value for key, value in water.items() if key != "frame"} | {"utilisation": drawn}

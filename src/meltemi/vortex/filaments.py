@@ -32,8 +32,8 @@ ROWS = 9
 """Rows of an array of filaments: begin, difference of the ends, G / (4 pi), terms of the core."""
 TINY = 1e-30
 ROUNDING, ROUNDING_32 = 1e-16, 3e-8
-"""Term of the denominator over the fourth power of the length, in double and single precision: beyond its rounding errors
-between the ends of a filament, where it vanishes."""
+"""Term of the denominator over the fourth power of the length, in double and single precision: it exceeds the rounding
+errors of the denominator between the ends of a filament, where that vanishes."""
 
 
 @summing
@@ -48,7 +48,7 @@ def induced(p: Any, s: Any, first: int, last: int, core: int) -> tuple[float, fl
     """
     x, y, z = p[0], p[1], p[2]
     u = v = w = x - x
-    if core == LAMB_OSEEN or core == RANKINE:
+    if core in (LAMB_OSEEN, RANKINE):
         for j in range(first, last):
             lx, ly, lz = s[3, j], s[4, j], s[5, j]
             ax, ay, az = x - s[0, j], y - s[1, j], z - s[2, j]

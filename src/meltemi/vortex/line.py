@@ -1,8 +1,8 @@
 """Bound vortices of the blades: their circulation follows the polars at the velocity that all vortices induce.
 
-In a step of the wake the velocity at an element is that of all vortices that do not change with the present circulation,
-from begin to end of the step in the axes of the blade, plus the influence of the bound vortices of its own blade and of
-the panels behind them (VW-5 to VW-8). Newton's method solves for the circulation with the matrix of the step.
+In a step of the wake the velocity at an element is that of all vortices that do not change with the present
+circulation, from begin to end of the step in the axes of the blade, plus the influence of the bound vortices of its
+own blade and of the panels behind them (VW-5 to VW-8). Newton's method solves for the circulation.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def solve(m: VortexSystem, b: int) -> None:
 
 @kernel
 def factorise(m: VortexSystem, b: int) -> None:
-    """Factors of Newton's matrix I - (d circulation / d velocity) . influence, without pivots: it is nearly diagonal."""
+    """Factors of Newton's matrix I - d circulation / d velocity . influence; nearly diagonal, so without pivots."""
     F, A, n, Q = m.bound_influence.factor, m.bound_influence, m.line.nodes, root_axes(m, b)
     for i in range(n):
         u, normal = m.line.induced[b, i], m.line.normal[b, i]

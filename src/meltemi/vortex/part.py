@@ -12,10 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from meltemi.aero.air import Air
 from meltemi.compiler import KernelRecord, Table, kernel
-from meltemi.core.errors import InputError
-from meltemi.simulation.channels import Channel
 from meltemi.simulation.induction import InductionPart
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import StateRows
@@ -61,6 +58,7 @@ class VortexPart(InductionPart):
       vortex: parameters.
     """
 
+    settles: ClassVar[bool] = True
     system: ClassVar[type[KernelRecord] | None] = VortexSystem
     signals: ClassVar[dict[str, type[Table]]] = {
         **InductionPart.signals,
@@ -136,9 +134,10 @@ class VortexPart(InductionPart):
         state = case.view("vortex_state")
         if not state["fault"]:
             return ""
+        blade, age = state["fault"], state["fault_age"]
         return (
-            f"vortex wake: a vortex of blade {state['fault']:.0f}, {state['fault_age']:.1f} s old, was lost: its velocity has grown "
-            "without bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
+            f"vortex wake: a vortex of blade {blade:.0f}, {age:.1f} s old, was lost: its velocity has grown without "
+            "bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
         )
 
 

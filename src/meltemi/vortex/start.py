@@ -1,7 +1,7 @@
 """A developed wake for the start of a run: the helices that the present circulation would have left (VW-21 to VW-23).
 
-Each blade trails vortices of its present circulation, which have moved with the mean wind and with induced velocities by
-age and edge. These, the circulation and the velocities at the blades are found in turn.
+Each blade trails vortices of its present circulation, which have moved with the mean wind and with induced velocities
+by age and edge. These, the circulation and the velocities at the blades are found in turn.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from meltemi.compiler import Vec, kernel, whole
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import dot
 from meltemi.simulation.step import settle_induction
-from meltemi.vortex.tables import VortexSystem, WakeDrift, WakeZone
 from meltemi.vortex.line import FIRST_GUESS
+from meltemi.vortex.tables import VortexSystem, WakeDrift, WakeZone
 from meltemi.vortex.wake import (
     around,
     at_blades,
@@ -26,14 +26,15 @@ from meltemi.vortex.wake import (
     wake_step,
 )
 
-SHARE, NEAR = 0.5, 0.02
-"""Share of the change of the velocities in a sweep; relative change of loading and speed up to which the wake stays."""
+SHARE, CALM, NEAR = 0.5, 12.0, 0.02
+"""Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at
+rest; relative change of loading and speed up to which the wake stays where it is for other azimuths."""
 
 
 @settle_induction.variant
 @kernel
 def _(m: VortexSystem) -> None:
-    """Settle the wake for the present motion; where that has changed little since, at another azimuth, by its loading."""
+    """Settle the wake for the present motion; at another azimuth of nearly the same, scale it with the loading."""
     state, azimuth = m.vortex_state, m.machine.azimuth
     loading, speed = mean_circulation(m), m.machine.rotor_speed
     same = abs(loading - state.built_loading) < NEAR * abs(state.built_loading)
@@ -41,7 +42,8 @@ def _(m: VortexSystem) -> None:
     if state.rows_1 > 0.0 and azimuth != state.azimuth and same:
         scale(m, loading / state.loading)
     else:
-        place_wake(m)
+        state.turn = 0.0 if not same else state.turn + 1.0
+        place_wake(m, SHARE * min(CALM / max(state.turn, 1.0), 1.0))
         state.built_loading, state.built_speed = loading, speed
     state.loading, state.azimuth = loading, azimuth
     state.begin = state.time - state.step
@@ -67,8 +69,8 @@ def scale(m: VortexSystem, factor: float) -> None:
 
 
 @kernel
-def place_wake(m: VortexSystem) -> None:
-    """Place all vortices, and compute part of their velocities by age and those at the blades."""
+def place_wake(m: VortexSystem, share: float) -> None:
+    """Place all vortices; a share of the change of the velocities at the blades, and of every second by age, counts."""
     state, A = m.vortex_state, m.bound_influence
     step = state.step = wake_step(m)
     if state.rows_1 < 1.0:
@@ -76,13 +78,12 @@ def place_wake(m: VortexSystem) -> None:
         guess(m.drift_2, m, step * m.vortex.merge_2, step * m.vortex.panels_1)
     build(m, step)
     count = store_present(m)
-    state.turn += 1.0
     for r in range(whole(state.turn) % 2, whole(state.rows_1), 2):
-        refresh(m.wake_1, m.drift_1, m, 1, r, count, SHARE)
+        refresh(m.wake_1, m.drift_1, m, 1, r, count, share)
     for r in range(whole(state.turn) % 2, whole(state.rows_2), 2):
-        refresh(m.wake_2, m.drift_2, m, 2, r, count, SHARE)
+        refresh(m.wake_2, m.drift_2, m, 2, r, count, share)
     state.step = 0.0  # the blades are where they are
-    at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, SHARE)
+    at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, share)
     for b in range(m.line.blades):
         for i in range(m.line.nodes):
             for j in range(m.line.nodes):

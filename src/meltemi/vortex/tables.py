@@ -1,8 +1,9 @@
 """Arrays of a vortex wake.
 
 Zones follow each other with age. In the first each element of a blade has a panel for each step of the wake. In the
-second a blade has four vortices, in the third two, with longer panels. A panel is a ring of vortices of one circulation,
-positive from root to tip on its younger side, as the bound vortex. Age 0 is the row that left the blade last.
+second a blade has four vortices, in the third two, with longer panels. A panel is a ring of vortices of one
+circulation, positive from root to tip on its younger side, as the bound vortex. Age 0 is the row that left the blade
+last.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ class WakeDrift(Table, axes="age edge", title="wake drift"):
 
 
 class BoundFlow(Table, axes="blade element", title="bound vortex"):
-    """Bound vortices, and the velocity that all vortices induce at them but those that follow the present circulation."""
+    """Bound vortices, and the velocity there of all vortices but those that follow the present circulation."""
 
     circulation: Numbers = number("m^2/s", "bound circulation, positive towards the tip")
     before: Vectors = xyz("m/s", "at the begin of the step of the wake, axes of the blade without pitch")

@@ -129,7 +129,7 @@ def merge_rows(m: VortexSystem) -> None:
 
 @kernel
 def merge(upper: WakeZone, lower: WakeZone, first: int, count: int) -> None:
-    """Set row 0 of the lower zone to the vortices of row ``first`` of the upper one, and its panels to the mean of ``count`` there.
+    """Set row 0 of the lower zone to row ``first`` of the upper one, its panels to the mean of ``count`` panels there.
 
     The trailed vortices are split where the circulation is largest, and each side in groups of equal strength; a group
     becomes one vortex at its centre, whose core also has the spread of the group (VW-12, VW-13).
@@ -196,7 +196,7 @@ def trailed(zone: WakeZone, b: int, first: int, count: int, e: int) -> float:
 
 @kernel
 def centre_of(zone: WakeZone, m: VortexSystem, r: int, e: int) -> Vec:
-    """Point on the axis of the wake [m]: mean position of the vortices of all blades; of one blade, on a straight axis."""
+    """Point on the axis of the wake [m]: mean position of the vortices of all blades; a straight axis for one blade."""
     c = Vec(0.0, 0.0, 0.0)
     if zone.blades < 2:
         wind, hub = mean_wind(m), m.machine.hub_position
@@ -250,7 +250,7 @@ def put(s: Any, j: int, m: VortexSystem, begin: Vec, end: Vec, circulation: floa
 def store_zone(
     s: Any, j: int, zone: WakeZone, m: VortexSystem, number: int, factor: float, youngest: float, step: float
 ) -> int:
-    """Store the filaments of a zone from column ``j``, with cores of ``factor`` times the width; the next column (VW-14).
+    """Store the filaments of a zone from column ``j``, with cores of ``factor`` widths; the next column (VW-14).
 
     Args:
       youngest, step: [s] age of its row 0; length of the steps of the wake.

@@ -11,6 +11,7 @@ from meltemi.aero.tables import AeroParameters
 from meltemi.compiler import Table
 from meltemi.control.actuators import Actuators
 from meltemi.control.signals import Demands, Measurements
+from meltemi.core.errors import InputError
 from meltemi.environment.conditions import Conditions
 from meltemi.simulation.simulate import Simulation
 from meltemi.wind.velocity import WindNow
@@ -117,7 +118,10 @@ def _is_available(name: str, blades: int, flaps: int) -> bool:
 
 
 def _channels(simulation: Simulation) -> Iterator[FmuVariable]:
+    later = {channel for each in simulation.derived for channel in each.channels}
     for channel in simulation.channels:
+        if channel in later:
+            raise InputError(f"channels: {channel.name!r} is computed after the time loop, and no output of a unit")
         name = channel.name.replace(" ", "_")
         yield FmuVariable(name, channel.unit, channel.description, "output", "", (simulation.case.place(channel),))
 

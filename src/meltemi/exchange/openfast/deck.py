@@ -20,6 +20,7 @@ from meltemi.exchange.openfast.frame import read_frame, rigid_body
 from meltemi.exchange.openfast.frame_water import frame_in_water
 from meltemi.exchange.openfast.mass_dampers import read_mass_dampers
 from meltemi.exchange.openfast.mooring import read_mooring
+from meltemi.exchange.openfast.olaf import vortex_wake
 from meltemi.exchange.openfast.outlist import outputs
 from meltemi.exchange.openfast.superelement import read_superelement
 from meltemi.exchange.openfast.text import InputFile, is_content, read_input
@@ -102,7 +103,7 @@ def read_deck(
     _refuse_platform(path, v, fixed_base, floats, sub is not None)
     aero = _open(main, "AeroFile", "AeroDyn")
     aero_values = Values(notes, aero)
-    _refuse_wake(aero, aero_values, momentum_wake)
+    _wake(aero_values, momentum_wake)
     polars = _polars(aero, aero_values, notes)
     shape_path = _file(aero, aero_values, "blade_file")
     outer = read_aerodyn_blade(read_input(shape_path, "AeroDyn blade"), list(polars.airfoils), notes)
@@ -141,6 +142,12 @@ def read_deck(
     surroundings = {"air_density": density, "gravity": v["gravity"]}
     sea = None if water is None or water.file is None else water.sea()
     options = _options(turbine, v, aero_values, polars, momentum_wake)  # its notes are already among those of the deck
+    if aero_values["wake"] == 3 and not momentum_wake:
+        options |= vortex_wake(aero, aero_values, v, turbine)
+        if options["stall"] != "static":
+            options["stall_constants"] = options["stall_constants"] | {"a1": 0.0, "a2": 0.0}
+            why = "the model of UA_Mod 4 without A1 and A2, as in OLAF: the shed vorticity is in the wake"
+            aero_values.note("used" if aero_values["unsteady"] == 4 else "approximated", "unsteady", why)
     output = outputs([elastodyn, aero, *_others(main, v, water, inflow)], v, aero_values, turbine, notes)
     return Deck(
         turbine,
@@ -322,14 +329,13 @@ def _refuse_platform(path: Path, v: Values, fixed_base: bool, floats: bool, elas
         )
 
 
-def _refuse_wake(aero: InputFile, values: Values, momentum_wake: bool) -> None:
-    if values["wake"] == 3:
-        if not momentum_wake:
-            raise UnsupportedError(
-                f"{aero.path.parent / values.source['wake']} = 3: a vortex wake (OLAF) is not modelled; "
-                "momentum_wake=True (--momentum-wake) uses momentum theory instead"
-            )
+def _wake(values: Values, momentum_wake: bool) -> None:
+    """Add notes on the induction and the other models of AeroDyn."""
+    vortex = values["wake"] == 3 and not momentum_wake
+    if values["wake"] == 3 and momentum_wake:
         values.note("approximated", "wake", "momentum theory instead of a vortex wake, as requested")
+    if not vortex:
+        values.unneeded("of a vortex wake: see Wake_Mod", "olaf")
     values.differs("ignored", True, tangential="always on", use_moment="always on")
     values.differs("approximated", 1, bem="momentum theory of meltemi, see docs/theory/aerodynamics.md")
     if values.given("tower_potential", 0) == 2:
@@ -340,9 +346,9 @@ def _refuse_wake(aero: InputFile, values: Values, momentum_wake: bool) -> None:
         values.note("approximated", "dynamic_wake", "a quasi-steady wake: a frozen wake is for linearisation only")
     if _dynamic(values, momentum_wake) not in (1, 3):
         values.unneeded("of DBEMT_Mod 1 and 3", "wake_time")
-    if values.given("wake", 1) == 0:
+    if values.given("wake", 1) == 0 or vortex:
         names = ("tip_loss", "hub_loss", "axial_drag", "tangential_drag", "skew", "skew_redistribution", "dynamic_wake")
-        values.unneeded("of the wake: see Wake_Mod", *names, "wake_time")
+        values.unneeded("of momentum theory: see Wake_Mod", *names, "wake_time", "tangential", "bem")
     if values.given("unsteady", 0) not in (0, 4):
         values.note("approximated", "unsteady", "the model of Hansen, Gaunaa and Madsen (UA_Mod 4)")
 

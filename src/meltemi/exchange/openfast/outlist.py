@@ -117,6 +117,7 @@ def _available(turbine: Turbine, blade_stations: int, tower_stations: int) -> di
     elif turbine.substructures:
         piles = turbine.support.load_stations if turbine.support is not None else ()
         further = channels_of_group("sea") + channels_of_group("pile_station", len(piles))
+        further += channels_of_group("frame") if turbine.frame is not None else ()
     nodes = len(turbine.blade.aerodynamics.position)
     return catalogue(ChannelSet(turbine.n_blades, nodes, blade_stations, tower_stations, further=further))
 

@@ -31,7 +31,7 @@ WORDS = NO_FILE | {"true", "false", "t", "f"}
 """Values that are words."""
 DIFFRACTS = "MCF"
 """Keyword in place of HydroDyn's pressure coefficients: 1, and MacCamy-Fuchs diffraction (``ParseRAryWKywrd``)."""
-POSITIONAL = frozenset(["main", "ElastoDyn", "ElastoDyn tower", "BeamDyn", "BeamDyn blade", "DISCON"])
+POSITIONAL = frozenset(["main", "ElastoDyn", "ElastoDyn tower", "BeamDyn", "BeamDyn blade", "DISCON", "OLAF"])
 """Modules whose files include no other ones."""
 INCLUDE = re.compile(r"""\s*@\s*(?:(\d+)\s*(-\s*\d+)?\s+in\s+)?(?:"([^"]+)"|'([^']+)'|([^"'!#%]+))""", re.IGNORECASE)
 DEEPEST = 16

@@ -15,13 +15,12 @@ import meltemi.exchange.openfast.columns as columns
 from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.exchange.openfast.members import (
     COEFFICIENTS,
-    by_depth,
-    diffracts,
+    Tables,
     displaced,
+    fill_groups,
+    hydro_members,
     hydro_table,
-    members_table,
     read_members,
-    simple_coefficients,
     with_ballast,
 )
 from meltemi.exchange.openfast.text import Float, InputFile, number, read_input, split
@@ -214,22 +213,16 @@ class DeckWater:
                 f"{file.path}: Jointxi, Jointyi: joints that are not above each other; only upright monopiles are "
                 "modelled; fixed_base=True (--fixed-base) clamps the tower base instead"
             )
-        which = members_table(file, self.notes)[0]["model"]
-        model = int(which[0]) if len(which) else 1
-        water: dict[str, Any] = {}
-        if model == 1:
-            simple, large = simple_coefficients(file, self.notes)
-            water = dict(simple)
-        elif model == 2:
-            table = by_depth(file, self.notes)
-            large = diffracts(file, file.require(["NCoefDpth", "NCoefDpthCyl"], "of lines"))
-            order = np.argsort(table["z"])
-            water = {k: np.interp(height, table["z"][order], table[k][order]) for k in COEFFICIENTS}
-        else:
+        members = hydro_members(file, self.notes, round_ones=True)
+        if (model := members[0].model) not in (1, 2):
             raise UnsupportedError(f"{file.path}: MCoefMod {model}: coefficients are read by depth or for all (2, 1)")
-        if large or v.given("diffraction_radius", 0.0) > 0.0:
+        given = Tables(file, self.notes, grown=False)
+        rows = [given.of(members[0], 0.0, float(z)) for z in height]
+        water = {k: np.array([row[k] for row in rows]) if model == 2 else rows[0][k] for k in COEFFICIENTS}
+        if "diffraction" in rows[0] or v.given("diffraction_radius", 0.0) > 0.0:
             water["diffraction"] = "maccamy_fuchs"
-        content |= {"hydrodynamics": water, "flooded": self._flooded()}
+        fills = fill_groups(file, members, self.notes)
+        content |= {"hydrodynamics": water, "flooded": fills[0][2] if fills else None}
         if growth := self.growth():
             content["growth"] = growth
         return content
@@ -247,17 +240,6 @@ class DeckWater:
             for a, b, thick, d in zip(z[:-1], z[1:], *(0.5 * (x[1:] + x[:-1]) for x in (t, density)), strict=True)
             if thick > 0.0 and b - a > 0.01  # closer rows represent a step
         ]
-
-    def _flooded(self) -> float | None:
-        assert self.file is not None
-        entry = self.file.find("NFillGroups")
-        if entry is None or not self.file.count(entry):
-            return None
-        line, row = self.file.rows(entry, self.file.count(entry))[1][0]
-        place = int(number(row[0]) or 0.0) + 1
-        if not 1 < place < len(row):
-            raise InputError(f"{self.file.at(line)}: expected FillNumM, FillMList, FillFSLoc of NFillGroups")
-        return number(row[place]) or 0.0
 
     def platform(self, main: Values) -> dict[str, Any]:
         """A platform in potential flow, without its lines.

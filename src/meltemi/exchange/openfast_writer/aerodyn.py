@@ -39,7 +39,8 @@ def aerodyn(deck: ExportModel, notes: DeckNotes) -> Texts:
         notes.changed("tower_influence lower_half", "TwrPotent 1: everywhere below the tower top")
     steady = o.wake == "none" or o.inflow == "quasi_steady"
     values: dict[str, object] = {
-        "Wake_Mod": 0 if o.wake == "none" else 1,
+        "Wake_Mod": {"none": 0, "hybrid": 3, "free": 3}.get(o.wake, 1),
+        "OLAFInputFileName": "OLAF.dat" if o.wake in ("hybrid", "free") else "unused",
         "TwrPotent": 0 if o.tower_influence == "none" else 1,
         "TwrShadow": {"powles": 1, "eames": 2}.get(o.tower_influence, 0),
         "TwrAero": o.tower_drag,

@@ -17,6 +17,7 @@ from meltemi.exchange.openfast_writer.water import MOST_OUTPUTS, STEP, WALL, Rep
 from meltemi.frames.definition import Coefficients, Frame, Member, Section
 from meltemi.frames.finite_elements import assemble
 from meltemi.frames.reduction import frequencies
+from meltemi.frames.water import coefficients_of
 
 Float = NDArray[np.float64]
 MODES = 8
@@ -153,7 +154,7 @@ def wet_members(frame: Frame) -> dict[str, Member]:
     """Beams on which water acts, above the sea bed."""
     content = {}
     for name, member in frame.members.items():
-        dry = member.potential_flow and not _coefficients(frame, member).drag
+        dry = member.potential_flow and not coefficients_of(frame, member).drag
         top = max(frame.joints[joint][2] for joint in member.joints)
         if member.kind == "beam" and not dry and top > -frame.depth:
             content[name] = member
@@ -191,10 +192,11 @@ def water(title: str, frame: Frame, level: float, changed: Report) -> str:
         piece = IN_AIR if min(places[j][2] for j in each.joints) > 0.0 else max(frame.piece, -DEEPER * top)
         model = 1 if each.hydrodynamics is None else 3
         spin = math.degrees(each.spin) if boxed else 0.0
-        geometry = [2 if boxed else 1, spin, piece, model, 1, str(each.potential_flow)]
+        numerical = boxed or _cut_end(frame, each, level)
+        geometry = [2 if boxed else 1, spin, piece, model, 2 if numerical else 1, str(each.potential_flow)]
         rows.append([member[name], *(joint[j] for j in each.joints), *numbers, *geometry])
         if model == 3:
-            own[boxed].append([member[name], *_row(_coefficients(frame, each), boxed=boxed, ends=2)])
+            own[boxed].append([member[name], *_row(coefficients_of(frame, each), boxed=boxed, ends=2)])
         surface = (level, frame.water_density) if each.flooded else (each.filled_to, each.fill_density)
         if surface[0] is not None:
             fills.setdefault(surface, []).append(member[name])
@@ -221,16 +223,22 @@ def water(title: str, frame: Frame, level: float, changed: Report) -> str:
     return hydrodyn(title, {"potential": 0}, tables)
 
 
+def _cut_end(frame: Frame, member: Member, level: float) -> bool:
+    """Whether the surface of still water cuts or may reach an end of a tube: HydroDyn's closed forms refuse it."""
+    grown = max((each.thickness for each in frame.growth), default=0.0)
+    sections = (member.section, member.end_section or member.section)
+    return any(
+        abs(frame.joints[joint][2] - level) < 0.5 * frame.sections[section].breadth + grown
+        for joint, section in zip(member.joints, sections, strict=True)
+    )
+
+
 def _axis(frame: Frame, member: Member, joint: str) -> Float:
     """(3,) direction of a member out of its end at a joint."""
     a, b = (frame.joints[name] for name in member.joints)
     d = (a - b) if member.joints[0] == joint else (b - a)
     axis: Float = d / np.linalg.norm(d)
     return axis
-
-
-def _coefficients(frame: Frame, member: Member) -> Coefficients:
-    return frame.hydrodynamics if member.hydrodynamics is None else frame.other_hydrodynamics[member.hydrodynamics]
 
 
 def _row(c: Coefficients, *, boxed: bool = False, ends: int = 1) -> list[Any]:

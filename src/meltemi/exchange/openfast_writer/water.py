@@ -17,11 +17,12 @@ from meltemi.exchange.openfast.mooring import BED_FRICTION
 from meltemi.exchange.openfast.tower import SPRINGS
 from meltemi.exchange.openfast.water import DRIFTS, FULL_DRIFT, STRETCHINGS
 from meltemi.exchange.openfast_writer.template import by_target, fill, matrix, rows_of
-from meltemi.floating.coefficients import read_coefficients
+from meltemi.floating.coefficients import platform_coefficients
 from meltemi.floating.members import Member
 from meltemi.floating.moorings import at_rest
 from meltemi.floating.platform import Platform
 from meltemi.frames.definition import Frame
+from meltemi.frames.water import coefficients_of, sections_of
 from meltemi.hydro.wamit import wamit_texts
 from meltemi.sea.conditions import Sea
 from meltemi.sea.support import Hydrodynamics, Support
@@ -131,12 +132,8 @@ def _thick(below: Support | Frame | Platform) -> float:
         return 0.0
     diameters = set()
     for member in below.members.values():
-        name = member.hydrodynamics
-        c = below.hydrodynamics if name is None else below.other_hydrodynamics[name]
-        if member.kind == "beam" and c.diffraction == "maccamy_fuchs":
-            diameters |= {
-                below.sections[each or member.section].breadth for each in (member.section, member.end_section)
-            }
+        if member.kind == "beam" and coefficients_of(below, member).diffraction == "maccamy_fuchs":
+            diameters |= {each.breadth for each in sections_of(below, member)}
     if len(diameters) > 1 or (diameters and below.growth):
         raise UnsupportedError(
             "frame.hydrodynamics.diffraction: OpenFAST has diffraction by cylinders of one diameter, without growth"
@@ -307,7 +304,7 @@ def platform_water(texts: dict[str, str], title: str, platform: Platform, lost: 
         lost("members", "HydroDyn gets those with forces; the others are for pictures")
     values: dict[str, float | str] = {"potential": int(flows)}
     if flows:
-        texts |= {POTENTIAL + end: text for end, text in wamit_texts(read_coefficients(platform.coefficients)).items()}
+        texts |= {POTENTIAL + end: text for end, text in wamit_texts(platform_coefficients(platform)).items()}
         values |= {"potential_file": POTENTIAL, "volume": platform.volume}
         values |= dict(zip(("buoyancy_x", "buoyancy_y"), platform.buoyancy_centre, strict=True))
         values |= {key: FULL_DRIFT for key, drift in DRIFTS if drift == platform.drift}

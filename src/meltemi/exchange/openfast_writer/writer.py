@@ -16,6 +16,7 @@ from meltemi.exchange.openfast_writer.deck import DeckNotes, ExportModel, Texts,
 from meltemi.exchange.openfast_writer.elastodyn import elastodyn
 from meltemi.exchange.openfast_writer.inflow import inflow
 from meltemi.exchange.openfast_writer.main import FRAME_STEP, STEPS, main_file, time_step_of
+from meltemi.exchange.openfast_writer.olaf import olaf
 from meltemi.exchange.openfast_writer.servo import servo
 from meltemi.exchange.report import ImportNote
 from meltemi.sea.conditions import Sea, StillWater
@@ -60,7 +61,8 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
 ) -> ExportedDeck:
     """Write a turbine as input of OpenFAST 5: main file, ElastoDyn, AeroDyn, InflowWind, ServoDyn, airfoils.
 
-    Offshore also SeaState with every wave, HydroDyn with potential-flow coefficients, and SubDyn or MoorDyn.
+    OLAF too for hybrid and free wakes. Offshore also SeaState with every wave, HydroDyn with potential-flow
+    coefficients, and SubDyn or MoorDyn.
     BeamDyn files are written for blades with torsional stiffness. Mode shapes are those of the turbine description, or
     the best polynomials of ElastoDyn for the sections.
 
@@ -112,7 +114,7 @@ def write_openfast(  # noqa: PLR0913 - entries of the decks, each with a default
     texts |= elastodyn(deck, notes, *start, azimuth, beamdyn=beamdyn)
     if turbine.blade.structure.twists:
         texts |= beamdyn_files(deck, notes)
-    texts |= aerodyn(deck, notes)
+    texts |= aerodyn(deck, notes) | olaf(deck, notes, step, start[0])
     texts |= inflow(deck, notes, SteadyWind(speed=12.0) if wind is None else wind, direction)
     texts |= servo(deck, notes, start[1], library, settings)
     return ExportedDeck(folder / f"{deck.name}.fst", tuple(_save(folder, texts)), tuple(notes))

@@ -19,6 +19,7 @@ from meltemi.frames.joints.settings import JointSettings
 from meltemi.frames.joints.sn import Curve, Environment, sn_curve, spectral_damage
 from meltemi.frames.joints.utilisation import CLAUSES, member_checks
 from meltemi.frames.loads import PLACES
+from meltemi.frames.water import sections_of
 from meltemi.postprocess.cycles import Cycles, rainflow_cycles, sum_cycles
 from meltemi.postprocess.spectra import power_spectrum
 
@@ -92,10 +93,10 @@ def welds_of(frame: Frame, settings: JointSettings) -> list[Weld]:
     """Welds of all joints of a frame.
 
     Raises:
-      InputError: there is no such S-N curve, or no joint of tubes.
+      InputError: there is no such S-N curve, no joint of tubes, or no joint of a can.
     """
     welds = []
-    for joint in tubular_joints(frame):
+    for joint in tubular_joints(frame, settings.cans):
         given, around = parameters_of(joint, settings.alpha), environment_at(joint.height, settings)
         f = [factors(p, settings.fixity, settings.chord_bending) for p in given]
         curve = sn_curve(settings.curve, around, settings.edition)
@@ -107,8 +108,8 @@ def welds_of(frame: Frame, settings: JointSettings) -> list[Weld]:
 
 def stresses_of(weld: Weld, loads: Loads, settings: JointSettings) -> Float:
     """Hot-spot stresses (n, 2, 8, T) [N/m^2] of a joint's welds."""
-    bending = settings.chord_bending == "frame"
-    return hot_spots(weld.joint, weld.factors, loads, settings.classification, bending=bending)
+    bending, axial = settings.chord_bending == "frame", settings.chord_axial
+    return hot_spots(weld.joint, weld.factors, loads, settings.classification, bending=bending, axial=axial)
 
 
 def case_damage(weld: Weld, stresses: Float, duration: float, settings: JointSettings) -> Float:
@@ -177,17 +178,18 @@ def largest_utilisations(
       factor: partial safety factor of the loads.
 
     Raises:
-      InputError: an effective length belongs to no member.
+      InputError: an effective length or a yield stress belongs to no member.
     """
     s = settings or JointSettings()
     used: dict[tuple[str, str], tuple[float, str]] = {}
-    for name in s.effective_lengths:
-        if name not in frame.members:
-            raise InputError(f"joints.effective_lengths: no member {name!r}: {did_you_mean(name, frame.members)}")
+    for key in ("effective_lengths", "yield_stresses"):
+        for name in getattr(s, key):
+            if name not in frame.members:
+                raise InputError(f"joints.{key}: no member {name!r}: {did_you_mean(name, frame.members)}")
     for (name, place), series in loads.items():
         member = frame.members[name]
-        section = frame.sections.get((member.end_section or member.section) if place == "end" else member.section)
-        if member.kind != "beam" or section is None or section.kind != "tube" or section.thickness is None:
+        section = sections_of(frame, member)[place == "end"] if member.kind == "beam" else None
+        if section is None or section.kind != "tube" or section.thickness is None:
             continue
         a, b = (np.asarray(frame.joints[joint]) for joint in member.joints)
         depth = max(-float(a[2] + PLACES[place] * (b[2] - a[2])), 0.0)
@@ -196,7 +198,7 @@ def largest_utilisations(
             factor * series,
             section,
             float(np.linalg.norm(b - a)),
-            yield_stress=s.yield_stress,
+            yield_stress=s.yield_stresses.get(name, s.yield_stress),
             standard=s.standard,
             k=s.effective_lengths.get(name, s.effective_length),
             C_m=s.moment_factor,

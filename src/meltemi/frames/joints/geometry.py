@@ -6,16 +6,18 @@ then the first in the file; where no pair is in line it is the single member of 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from itertools import combinations
-from math import cos, radians
+from math import cos, pi, radians
 
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.core.errors import InputError, did_you_mean
 from meltemi.frames.definition import Frame
 from meltemi.frames.finite_elements import member_axes
-from meltemi.frames.sections import properties
+from meltemi.frames.water import sections_of
 
 Float = NDArray[np.float64]
 
@@ -31,7 +33,7 @@ class Tube:
       member, end: its name, and "start" or "end".
       direction: (3,) unit vector away from the joint.
       axes: (3, 3) member axes x, y, z as rows.
-      length, diameter, thickness, area, modulus: [m, m^2, m^3] of the member, and of its section at this end.
+      length, diameter, thickness: [m] of the member, and of its section at this end.
     """
 
     member: str
@@ -41,8 +43,21 @@ class Tube:
     length: float
     diameter: float
     thickness: float
-    area: float
-    modulus: float
+
+    @property
+    def hole(self) -> float:
+        """[m] inner diameter."""
+        return max(self.diameter - 2.0 * self.thickness, 0.0)
+
+    @property
+    def area(self) -> float:
+        """[m^2] of the wall."""
+        return 0.25 * pi * (self.diameter**2 - self.hole**2)
+
+    @property
+    def modulus(self) -> float:
+        """[m^3] section modulus."""
+        return 2.0 * (pi / 64.0 * (self.diameter**4 - self.hole**4)) / self.diameter
 
 
 @dataclass(frozen=True)
@@ -105,11 +120,9 @@ def tubes_at(frame: Frame) -> dict[str, list[Tube]]:
         a, b = (np.asarray(frame.joints[joint]) for joint in member.joints)
         axes, length = member_axes(b - a, member.spin).T, float(np.linalg.norm(b - a))
         for i, (joint, end) in enumerate(zip(member.joints, ("start", "end"), strict=True)):
-            s = frame.sections[(member.section, member.end_section or member.section)[i]]
-            p, D = properties(s, s, 0.0), float(s.diameter or 0.0)
-            wall = s.thickness or 0.5 * D
-            sign, modulus = 1.0 - 2.0 * i, 2.0 * p.inertia_x / D
-            ends[joint].append(Tube(name, end, sign * axes[2], axes, length, D, wall, p.area, modulus))
+            s = sections_of(frame, member)[i]
+            D = float(s.diameter or 0.0)
+            ends[joint].append(Tube(name, end, (1.0 - 2.0 * i) * axes[2], axes, length, D, s.thickness or 0.5 * D))
     return ends
 
 
@@ -120,12 +133,24 @@ def chord_of(tubes: list[Tube]) -> tuple[Tube, ...]:
     return max(pairs or singles, key=lambda each: (min(t.diameter for t in each), min(t.thickness for t in each)))
 
 
-def tubular_joints(frame: Frame) -> tuple[Joint, ...]:
-    """Joints at which at least one brace is welded to a chord, in the order of the file."""
-    joints = []
+def tubular_joints(frame: Frame, cans: Mapping[str, float] | None = None) -> tuple[Joint, ...]:
+    """Joints at which at least one brace is welded to a chord, in the order of the file.
+
+    Args:
+      cans: [m] wall of the chord at some joints, in place of its members'.
+
+    Raises:
+      InputError: a can belongs to no joint.
+    """
+    joints, cans = [], cans or {}
+    for name in cans:
+        if name not in frame.joints:
+            raise InputError(f"joints.cans: no joint {name!r}: {did_you_mean(name, frame.joints)}")
     for name, tubes in tubes_at(frame).items():
         if len(tubes) < 2 or len(tubes) == len(chord := chord_of(tubes)):
             continue
+        members = {tube.member for tube in chord}
+        chord = tuple(replace(tube, thickness=cans.get(name, tube.thickness)) for tube in chord)
         c = chord[0].direction - (chord[1].direction if len(chord) > 1 else 0.0)
         c = c / np.linalg.norm(c)
         D, T = min(tube.diameter for tube in chord), min(tube.thickness for tube in chord)
@@ -134,7 +159,7 @@ def tubular_joints(frame: Frame) -> tuple[Joint, ...]:
             along = float(tube.direction @ c)
             across = tube.direction - along * c
             sine = float(np.linalg.norm(across))
-            if all(tube is not each for each in chord) and sine > 1e-3:  # what goes on along the chord is no brace
+            if tube.member not in members and sine > 1e-3:  # what goes on along the chord is no brace
                 angle, place, half = np.arctan2(sine, abs(along)), 0.5 * D * along / sine, 0.5 * tube.diameter / sine
                 braces.append(Brace(tube, float(angle), across / sine, place, half))
         if braces:

@@ -21,7 +21,7 @@ Classification = Literal["load path", "geometry"]
 
 SIDES = ("chord", "brace")
 ATTACHMENT = 1.27, 0.4 * 1.27
-"""Factors of the chord's bending stress at the crowns of chord and brace side."""
+"""Factors of the chord's nominal stress at the crowns of chord and brace side."""
 
 
 def classes(joint: Joint, loads: Loads, how: Classification) -> Float:
@@ -89,17 +89,27 @@ def weld_stresses(joint: Joint, brace: Brace, loads: Loads) -> Float:
     return np.stack([given[:, 2] / tube.area, *((x * e[1] - y * e[0]) / tube.modulus for e in points)], axis=1)
 
 
-def chord_bending(joint: Joint, brace: Brace, loads: Loads) -> Float:
-    """Bending stresses (T, 2) of the chord's surface below a brace, ahead of and behind the joint (F-60)."""
-    stresses = []
+def chord_stress(joint: Joint, brace: Brace, loads: Loads, *, bending: bool, axial: bool) -> Float:
+    """Nominal stresses (T, 2) of the chord's surface below a brace, ahead of and behind the joint (F-60).
+
+    The axial stress is the mean of both sides: what the braces add to one and take from the other is in their factors.
+    """
+    bent, pulled = [], []
     for tube in (joint.chord[0], joint.chord[-1]):
         e, given = tube.axes @ brace.radial, loads_of(tube, loads)
-        stresses.append((given[:, 3] * e[1] - given[:, 4] * e[0]) / tube.modulus)
-    return np.stack(stresses, axis=1)
+        bent.append(bending * (given[:, 3] * e[1] - given[:, 4] * e[0]) / tube.modulus)
+        pulled.append(axial * given[:, 2] / tube.area)
+    return np.stack(bent, axis=1) + np.mean(pulled, axis=0)[:, None]
 
 
 def hot_spots(
-    joint: Joint, factors: list[Factors], loads: Loads, how: Classification = "load path", *, bending: bool = True
+    joint: Joint,
+    factors: list[Factors],
+    loads: Loads,
+    how: Classification = "load path",
+    *,
+    bending: bool = True,
+    axial: bool = True,
 ) -> Float:
     """Hot-spot stresses (n, 2, 8, T) [N/m^2] of each brace, chord and brace side, at eight points of its weld (F-61).
 
@@ -109,7 +119,7 @@ def hot_spots(
       factors: of each brace.
       loads: section loads of braces and chord at the joint.
       how: classification of the axial loads.
-      bending: whether bending of the chord is added at the crowns.
+      bending, axial: whether stress of the chord by its bending and by its axial force is added at the crowns.
 
     Raises:
       InputError: loads are missing.
@@ -120,14 +130,14 @@ def hot_spots(
     across = balanced(joint, nominal, how)
     stresses = []
     for i, (brace, f) in enumerate(zip(joint.braces, factors, strict=True)):
-        axial, in_plane, out_of_plane = nominal[i].T
+        straight, in_plane, out_of_plane = nominal[i].T
         mixed = np.einsum("kij,kt->ijt", f.axial, shares[i])  # side, crown or saddle, instant
         around = near[:, None] * mixed[:, None, 0] + (1.0 - near)[:, None] * mixed[:, None, 1]
         inside, alone, opposed = f.bending.T[:, :, None, None]
         out_of_plane = (alone + (opposed - alone) * across[i]) * out_of_plane
-        stress = around * axial + inside * c[:, None] * in_plane + s[:, None] * out_of_plane
-        if bending:
-            ahead, behind = chord_bending(joint, brace, loads).T
+        stress = around * straight + inside * c[:, None] * in_plane + s[:, None] * out_of_plane
+        if bending or axial:
+            ahead, behind = chord_stress(joint, brace, loads, bending=bending, axial=axial).T
             below = np.where(c[:, None] > 1e-9, ahead, behind) * near[:, None]
             stress = stress + np.array(ATTACHMENT)[:, None, None] * below
         stresses.append(stress)

@@ -38,6 +38,7 @@ class Parameters(NamedTuple):
     Attributes:
       beta, gamma, tau, alpha: d/D, D/2T, t/T, 2L/D.
       theta: [rad] angle between brace and chord.
+      opposed: whether a brace lies on the opposite side of the chord.
       zeta: largest gap over D to a brace on its side; NaN without one.
       near: beta, tau, theta and gap over D of the nearest of these braces.
       sines, betas: largest over smallest sine of theta, and beta, of these braces and itself.
@@ -49,6 +50,7 @@ class Parameters(NamedTuple):
     tau: float
     alpha: float
     theta: float
+    opposed: bool = False
     zeta: float = nan
     near: tuple[float, float, float, float] = (nan, nan, nan, nan)
     sines: float = 1.0
@@ -74,9 +76,10 @@ def parameters_of(joint: Joint, alpha: float | None = None) -> list[Parameters]:
     sizes = [(b.tube.diameter / D, b.tube.thickness / T, b.angle) for b in joint.braces]
     chord = 2.0 * joint.length / D if alpha is None else alpha
     given = []
-    for i, (row, (beta, tau, theta)) in enumerate(zip(joint.beside()[0], sizes, strict=True)):
-        p = Parameters(beta, D / (2.0 * T), tau, chord, theta)
-        if others := [int(j) for j in np.flatnonzero(row) if j != i]:
+    beside, opposite = joint.beside()
+    for i, (beta, tau, theta) in enumerate(sizes):
+        p = Parameters(beta, D / (2.0 * T), tau, chord, theta, bool(opposite[i].any()))
+        if others := [int(j) for j in np.flatnonzero(beside[i]) if j != i]:
             gaps = {j: joint.gap(i, j) / D for j in others}
             nearest = min(gaps, key=lambda j: gaps[j])
             betas, _, thetas = zip(*(sizes[j] for j in (i, *others)), strict=True)
@@ -128,7 +131,8 @@ def efthymiou(p: Parameters, C: float, bending: ChordBending) -> Factors:
     x3 = 1.0 + 1.9 * g * sqrt(t) * b**0.9 * (1.09 - b**1.7) * s**2.5
     x4 = 3.0 + g**1.2 * tube
     f, f3, f4 = _short(p, C)
-    y, x, k = [[t6, f * t5], [t7, f * t3]], [[x2, f * x1], [x4, f * x3]], [[0.0, 0.0], [0.0, 0.0]]
+    one = f * (1.0 - 0.26 * b**3 if p.opposed else 1.0)  # X7, X8: load in one brace of an X joint
+    y, x, k = [[t6, one * t5], [t7, one * t3]], [[x2, f * x1], [x4, f * x3]], [[0.0, 0.0], [0.0, 0.0]]
     chord = f3 * _t10(g, b, t, th)
     inside = 1.0 + 0.65 * b * t**0.4 * g ** (1.09 - 0.77 * b) * s ** (0.06 * g - 1.16)
     if not np.isnan(p.zeta):

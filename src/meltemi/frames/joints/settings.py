@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -30,16 +30,22 @@ class JointSettings(Record):
     """Shares of K, X and T/Y: at each instant by ``load path``, or by ``geometry``."""
     chord_bending: ChordBending = "frame"
     """Bending of the chord at the crowns: that of the ``frame``, or the alpha of the ``formula``."""
+    chord_axial: bool = True
+    """Whether the axial stress of the chord is added at the crowns."""
     fixity: float = Field(default=0.7, ge=0.5, le=1.0)
     """Fixity C [-; 0.5 to 1] of the chord's ends: 0.5 clamped, 1 pinned."""
     alpha: float | None = Field(default=None, gt=0.0)
     """Chord length parameter [-; 4 to 40] of all joints, in place of that of the members."""
+    cans: dict[str, Annotated[float, Field(gt=0.0, lt=0.5)]] = Field(default={})
+    """[m; 0.02 to 0.1] wall of the chord at some joints, by name, where it is thicker than that of its members."""
     counting: Literal["rainflow", "dirlik"] = "rainflow"
     """Damage from counted cycles, or by Dirlik's formula from the spectrum."""
     standard: Standard = "NORSOK N-004"
     """Standard of the utilisation."""
     yield_stress: float = Field(default=355e6, ge=1e8, le=1.5e9)
-    """[N/m^2; 2.35e8 to 5e8] yield stress of all members."""
+    """[N/m^2; 2.35e8 to 5e8] yield stress of members."""
+    yield_stresses: dict[str, Annotated[float, Field(ge=1e8, le=1.5e9)]] = Field(default={})
+    """Those of some members, by name."""
     effective_length: float = Field(default=1.0, gt=0.0, le=3.0)
     """Effective length factor k [-; 0.7 to 1] of members."""
     effective_lengths: dict[str, float] = Field(default={})

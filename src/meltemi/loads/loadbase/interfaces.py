@@ -86,7 +86,8 @@ def tensions(turbine: Turbine) -> dict[str, str]:
 def known_channels(blades: int) -> dict[str, Channel]:
     """Channels with up to 9 stations of blades and tower, 40 of the pile, and all mooring lines."""
     lines = channels_of_group("line", MAX_LINES)
-    sea = (*channels_of_group("sea"), *channels_of_group("pile_station", 40), *channels_of_group("platform"), *lines)
+    groups = (channel for group in ("sea", "frame", "platform") for channel in channels_of_group(group))
+    sea = (*groups, *channels_of_group("pile_station", 40), *lines)
     return catalogue(ChannelSet(blades, blade_stations=9, tower_stations=9, further=sea))
 
 

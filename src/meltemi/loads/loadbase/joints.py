@@ -17,9 +17,8 @@ from meltemi.frames.definition import Frame
 from meltemi.frames.joints.fatigue import case_damage, largest_utilisations, stresses_of, welds_of
 from meltemi.frames.joints.settings import JointSettings
 from meltemi.frames.joints.utilisation import CLAUSES
-from meltemi.frames.loads import PLACES
+from meltemi.frames.loads import PLACES, SIX, section_loads
 from meltemi.loads.loadbase.campaign import Campaign
-from meltemi.loads.loadbase.interfaces import SIX
 from meltemi.loads.loadbase.reduction import Reduced, large_cycles
 from meltemi.postprocess.cycles import Cycles
 from meltemi.simulation.result import Result
@@ -68,11 +67,7 @@ def with_joints(kept: Reduced, result: Result, frame: Frame, joints: dict[str, A
       joints: settings, and the partial safety factor of the case.
     """
     part, s = result.evaluated, JointSettings(**joints["settings"])
-    names = member_channels(frame)
-    series = np.stack([part[name] for name in names], axis=1).reshape(len(part.time), -1, 6)
-    sections = [name.removeprefix(MEMBER).removesuffix(f"_{SIX[0]}").rpartition("_") for name in names[::6]]
-    loads = {(member, place): series[:, k] for k, (member, _, place) in enumerate(sections)}
-    numbers: dict[str, float] = {}
+    loads, numbers = section_loads(frame, part), dict[str, float]()
     counted: dict[str, Cycles] = {}
     if cycles:
         for j, weld in enumerate(welds_of(frame, s)):

@@ -142,11 +142,11 @@ def _known(names: tuple[str, ...]) -> dict[str, Channel]:
     last = min(max((int(n) for name in names for n in re.findall(r"\d+", name)), default=0), MOST)
     disk = channels_of_group("disk")
     floats = any(re.match("ptfmsurge|fairten", name, re.IGNORECASE) for name in names)  # HydroFxi is of either support
-    water, numbered = ("platform", "line") if floats else ("sea", "pile_station")
+    water, numbered = (("platform",), "line") if floats else (("sea", "frame"), "pile_station")
     every = catalogue(ChannelSet(further=disk))
     if names:
         stations = channels_of_group(numbered, min(last, 9))
-        further = sum(map(channels_of_group, ("electrical", water)), stations) + disk
+        further = sum(map(channels_of_group, ("electrical", *water)), stations) + disk
         every = catalogue(ChannelSet(3, last, last, last, flaps=MAX_FLAPS, gears=(0, GEARS), further=further))
         every |= catalogue(ChannelSet(0, gears=(GEARS, GEARS + 1)))  # a stage may be of either kind
     known = {name.lower(): channel for channel in every.values() for name in channel.names}

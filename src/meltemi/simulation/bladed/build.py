@@ -80,7 +80,7 @@ def build_bladed(
     _refuse(turbine, options)
     blade_layout = _blade_layout(turbine, options)
     tower_layout = points(np.linspace(0.0, turbine.tower.length, options.tower_nodes))
-    blade, pieces, tower = _members(turbine, options, blade_layout, tower_layout)
+    blade, pieces, tower = _members(turbine, options, blade_layout, tower_layout, environment.gravity)
     lift = float(tower.beam.position[-1]) - turbine.tower.length
     coordinates = _coordinates(turbine, blade, tower)
     position = blade_layout.position
@@ -138,7 +138,7 @@ def build_bladed(
 
 
 def _members(
-    turbine: Turbine, options: ModelOptions, blade_layout: NodeLayout, tower_layout: NodeLayout
+    turbine: Turbine, options: ModelOptions, blade_layout: NodeLayout, tower_layout: NodeLayout, gravity: float
 ) -> tuple[ModalMember, Float, ModalMember]:
     """Blade, its pieces between cell edges, and tower; errors as for :func:`build_bladed`."""
     given = options.mode_shapes == "given"
@@ -158,7 +158,7 @@ def _members(
             if (below := getattr(turbine, name)) is not None:
                 make = partial(import_module(module).supported_tower, below)
         if turbine.frame is not None:
-            make = partial(make, platform=turbine.platform)
+            make = partial(make, platform=turbine.platform, gravity=gravity)
         tower: ModalMember = make(turbine.tower, counts, head, turbine.foundation, tower_layout, given=given)
     return blade, pieces, tower
 

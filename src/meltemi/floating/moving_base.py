@@ -140,10 +140,10 @@ def top_on_base(m: MovingBase) -> None:
 
 
 @kernel
-def momentum_of(m: MovingBase, v: Vec, w: Vec) -> tuple[Vec, Vec]:
-    """Linear and angular momentum of the undeflected tower about its base, which moves with ``v`` and ``w``."""
+def momentum_of(m: MovingBase, s: Vec, v: Vec, w: Vec) -> tuple[Vec, Vec]:
+    """Linear and angular momentum of the tower with first moment ``s`` about its base, of velocity v, spin w."""
     body = m.tower_body
-    return body.mass * v + cross(w, body.moment), cross(body.moment, v) + body.inertia @ w
+    return body.mass * v + cross(w, s), cross(s, v) + body.inertia @ w
 
 
 @kernel
@@ -176,10 +176,10 @@ def equations_on_base(m: MovingBase) -> None:
         s += q[k] * P
         flow += m.v[k] * P
     F = mass * g - cross(known, s) - cross(w, cross(w, s) + 2.0 * flow)
-    M = cross(s, g) - momentum_of(m, 0.0 * g, known)[1] - cross(w, momentum_of(m, 0.0 * g, w)[1])
+    M = cross(s, g) - momentum_of(m, s, 0.0 * g, known)[1] - cross(w, momentum_of(m, s, 0.0 * g, w)[1])
     for k in range(motions):
         T, W = base_column(m, k)
-        P, H = momentum_of(m, T, W)
+        P, H = momentum_of(m, s, T, W)
         m.core_force[first + k] += dot(T, F) + dot(W, M)
         for j in range(first):
             m.core_mass[first + k, j] += dot(T, momentum.linear[j]) + dot(W, momentum.angular[j])
