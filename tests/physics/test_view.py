@@ -369,7 +369,7 @@ def test_on_a_phone_the_picture_has_the_whole_width(seen: Result, tmp_path: Path
 
 def test_the_scripts_are_short() -> None:
     own = [file for file in Path(viewer.__file__).parent.glob("*.js") if file.name != "three.min.js"]
-    assert sum(len(file.read_text("utf-8").splitlines()) for file in own) < 1550
+    assert sum(len(file.read_text("utf-8").splitlines()) for file in own) < 1650
 
 
 @pytest.mark.long

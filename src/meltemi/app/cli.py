@@ -29,6 +29,7 @@ from meltemi.app.options import (
     ControllerOption,
     RunOptions,
     TurbineArgument,
+    WakeOption,
     controller_of,
     is_case,
     load_aeroelastic,
@@ -56,8 +57,12 @@ from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
 
 if TYPE_CHECKING:
     from meltemi.cases.case import LoadCase
+    from meltemi.report.tables import Rows
     from meltemi.simulation.result import Result
     from meltemi.simulation.run import Run
+
+VORTICES = ("near", "hybrid", "free")
+"""Vortex wakes, which ``meltemi run`` compares with momentum theory."""
 
 app = CommandGroup(
     "Aeroelastic simulation of controlled wind turbines in turbulent wind, with load analysis.",
@@ -138,6 +143,7 @@ def run(
 
     settings = {} if transient is None else {"transient": f"{transient:g}"}
     settings |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
+    settings |= {} if options.wake is None else {"options.wake": options.wake}
     changed = written and bool(settings or options.given())
     if changed and path.resolve() == (out / "case.yaml").resolve():
         raise InputError(
@@ -149,7 +155,8 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):
-        described = replace(case_run(case, turbine, folder, Path(kept)), view=with_view or case.view)
+        shown = with_view or case.view or options.wake in ("hybrid", "free")
+        described = replace(case_run(case, turbine, folder, Path(kept)), view=shown)
         if not written:
             described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:
@@ -167,7 +174,17 @@ def run(
         if not (written and path.resolve() == (out / "case.yaml").resolve()):
             write_record(self_contained(case, folder), out / "case.yaml")
             files.append(out / "case.yaml")
+        beside = None
+        if case.options.wake in VORTICES and result.status.complete and (resume, until) == (None, None):
+            by_momentum = case_run(case.replace(**{"options.wake": "momentum"}), turbine, folder)
+            beside = _beside_momentum(result, replace(by_momentum, channels=described.channels))
+            files.append(meltemi.io.write_csv(out / "momentum.csv", *beside))
     _show(result, f", after {case.transient:g} s" if case.transient else "")
+    if beside is not None:
+        print_table(f"Vortex wake ({case.options.wake}) beside momentum theory", *beside, text_columns=3)
+        print(
+            "cosine, sine: of the azimuth of blade 1, which is 0 where it points up; difference: what momentum misses"
+        )
     wrote(*files)
     suggest(*_after_run(case, folder, out))
     _tell(result)
@@ -197,6 +214,17 @@ def _case(target: str, given: dict[str, Any]) -> tuple[LoadCase, bool]:
     if is_case(path) or (path.suffix in YAML and not (given or path.exists())):
         return _case_of_file(path, given), True
     return _case_of_options(target, given), False
+
+
+def _beside_momentum(result: Result, by_momentum: Run) -> Rows:
+    """Table of a result with a vortex wake beside the same run by momentum theory."""
+    from meltemi.report.momentum import beside_momentum
+    from meltemi.simulation.simulate import march
+
+    simulation = meltemi.Simulation(replace(by_momentum, view=False))
+    with simulation_bar("the same by momentum theory", by_momentum.duration, "s") as progress:
+        march(simulation, progress)
+    return beside_momentum(result, simulation.result())
 
 
 def _show(result: Result, after: str) -> None:
@@ -325,7 +353,7 @@ def _write(result: Result, out: Path, outb: bool) -> list[Path]:
         files.append(write_outb(result, out / "result.outb"))
     if len(result.time) > 1:
         files.append(write_figure(out / "result.png", meltemi.plot(result)))
-    for stale in {out / "statistics.csv", out / "result.png"}.difference(files):
+    for stale in {out / "statistics.csv", out / "result.png", out / "momentum.csv"}.difference(files):
         stale.unlink(missing_ok=True)  # of an earlier run
     return files
 
@@ -397,6 +425,7 @@ def channels(
 def power_curve(
     turbine: TurbineArgument,
     speeds: Annotated[str | None, "--wind-speeds", "Wind speeds [m/s], e.g. 4,6,8 or 4:24:2."] = None,
+    wake: WakeOption = None,
     controller: ControllerOption = None,
     out: OutOption = Path("out"),
 ) -> None:
@@ -413,7 +442,8 @@ def power_curve(
 
     warn(meltemi.turbine.plausibility_warnings(described))
     points, failures, interrupted, size = [], {}, False, curve_size(described, wanted)
-    model = meltemi.build(described if named is None else fitted(described, named))
+    options = meltemi.ModelOptions(wake=wake or "momentum")
+    model = meltemi.build(described if named is None else fitted(described, named), options)
     law = None if named is None else meltemi.control.make_controller(named, model)
     with simulation_bar("operating points", size, "points") as progress:
         try:
@@ -448,6 +478,7 @@ def campbell(
     turbine: TurbineArgument,
     speeds: Annotated[str | None, "--wind-speeds", "Wind speeds [m/s], e.g. 4,6,8 or 4:24:2."] = None,
     rotor_speeds: Annotated[str | None, "Instead: rotor speeds [rpm], in vacuum; 0 is standstill."] = None,
+    wake: WakeOption = None,
     vacuum: Annotated[bool, "Structure in vacuum, generator speed constant."] = False,
     with_view: Annotated[bool, "--view", "Also write the moving mode shapes (HTML)."] = False,
     out: OutOption = Path("out"),
@@ -465,7 +496,7 @@ def campbell(
 
     winds = winds or whole_speeds(described)
     with simulation_bar("Campbell diagram", len(turns or winds), "points") as progress:
-        model = meltemi.build(described)
+        model = meltemi.build(described, meltemi.ModelOptions(wake=wake or "momentum"))
         diagram = meltemi.analysis.campbell(
             model,
             wind_speeds=None if turns else winds,

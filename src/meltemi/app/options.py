@@ -90,6 +90,11 @@ SeaOption = Annotated[
     ),
 ]
 
+WakeOption = Annotated[
+    Literal["momentum", "near", "hybrid", "free", "none"] | None,
+    "Induction: momentum; near: trailed vortices behind each blade with momentum's far wake; hybrid, free: a wake of "
+    "vortices that move by their age, or each for itself; none [momentum].",
+]
 WorkersOption = Annotated[int | None, "Simultaneous runs [one per core].", Range(1, 1000)]
 IEC_MODELS = _one_of("NTM", "ETM", "EWM1", "EWM50", "NWP", "EOG", "EDC", "ECD", "ECG", "EWSH", "EWSV")
 """Completion of a wind model of IEC 61400-1."""
@@ -140,6 +145,7 @@ class RunOptions(WindOptions):
     direction: DirectionOption = None
     wind_file: Annotated[Path | None, "--wind-file", "--bts", "--wnd", "Wind file: .bts, .wnd, .bin, .nc."] = None
     sea: SeaOption = None
+    wake: WakeOption = None
     controller: ControllerOption = None
     controller_input: ControllerInputOption = None
     duration: Annotated[float | None, "Duration of the simulation [s] [60; with a gust, 60 after its begin]."] = None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,3 +60,18 @@ def sector_means(azimuth: Float, x: Float, n: int) -> Float:
     with np.errstate(invalid="ignore"):
         means: Float = total / count
     return means
+
+
+def once_per_revolution(result: Result, names: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Amplitudes of cosine and sine of the azimuth of channels, by least squares over the last whole revolutions.
+
+    Results without a full revolution have none. Requires the channel ``azimuth``.
+    """
+    turned = np.unwrap(result["azimuth"])
+    revolutions = int(np.ptp(turned) / (2.0 * np.pi) + ROUNDING) if len(turned) else 0
+    if not revolutions:
+        return {}
+    last = turned >= turned[-1] - 2.0 * np.pi * revolutions
+    waves = np.stack([np.ones(last.sum()), np.cos(turned[last]), np.sin(turned[last])], axis=1)
+    parts = np.linalg.lstsq(waves, np.stack([result[name][last] for name in names], axis=1), rcond=None)[0]
+    return {name: (float(parts[1, i]), float(parts[2, i])) for i, name in enumerate(names)}

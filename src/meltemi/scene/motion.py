@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from meltemi.scene.air import CrossSection, wind_section
 from meltemi.scene.record import Scene, track_arrays
 from meltemi.scene.shape import beam_axis, blade_skin, machine, sections
+from meltemi.scene.vortices import FramedLoop, VortexFrames
 from meltemi.simulation.bladed.rotor import BladedModel, with_blades
 from meltemi.simulation.case import Case
+from meltemi.simulation.loop import Loop
 from meltemi.simulation.model import Model, Stations
 from meltemi.structure.blades import blade_motion
 from meltemi.wind.fields import SteadyWind, Wind
@@ -87,6 +89,12 @@ class Recorder:
             at = len(places)
         return np.array(places, dtype=np.int64)
 
+    def framed(self, loop: Loop, case: Case, dt: float) -> Loop:
+        """The time loop of a run, which takes frames of the vortices if there are any."""
+        self.vortices, self.dt = VortexFrames.of(self.model.turbine, dt), dt
+        lines = next((part for part in case.parts if hasattr(part, "vortex_lines")), None)
+        return loop if lines is None else FramedLoop(**vars(loop), case=case, frames=self.vortices, lines=lines)
+
     def scene(self, data: Float, time: Float, wind: Wind) -> Scene | None:
         """The scene of a run; None of one that has no samples.
 
@@ -103,7 +111,8 @@ class Recorder:
         begin, end = about["begin"], about["begin"] + about["duration"]
         about["wind"], air = wind_section(wind, self.section, begin, end, WIND_RATE)
         about["steps"]["wind"] = 1.0 / WIND_RATE
-        return Scene(still | about, constant | arrays | air)
+        wake, vortices = self.vortices.track(self.dt, begin, end)
+        return Scene(still | about | wake, constant | arrays | air | vortices)
 
     @cached_property
     def section(self) -> CrossSection:

@@ -133,4 +133,5 @@ def compiled(plan: RunPlan, started: Started, held_steps: int, numbers: Kind) ->
     if numbers == "duals":
         case.slopes["output"] = np.zeros((*output.shape, N_DERIVATIVES))
     records = (case.run(places, output), case.control, case.system, case.one, case.plain, case.sections)
-    return loop_of(case.entry.function, records, output)
+    loop = loop_of(case.entry.function, records, output)
+    return plan.recorder.framed(loop, case, plan.dt) if plan.recorder else loop

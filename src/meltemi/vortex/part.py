@@ -19,6 +19,7 @@ from meltemi.simulation.parts import StateRows
 from meltemi.simulation.step import check_parts, settle_induction
 from meltemi.simulation.system import March
 from meltemi.vortex import line, start, wake  # noqa: F401 - their kernels act at the hooks
+from meltemi.vortex.drawn import vortex_lines
 from meltemi.vortex.filaments import CORES, LAMB, ROWS
 from meltemi.vortex.tables import (
     BoundFlow,
@@ -123,6 +124,10 @@ class VortexPart(InductionPart):
     def states(self) -> Sequence[StateRows]:
         """None: linear models keep the wake where it is."""
         return ()
+
+    def vortex_lines(self, case: Any) -> Any:
+        """Vortices for a view."""
+        return vortex_lines(case, self.vortex)
 
     def why(self, case: Any) -> str:
         """Reason for which the wake ended a run."""

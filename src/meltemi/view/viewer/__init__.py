@@ -6,7 +6,7 @@ from pathlib import Path
 from meltemi.core.files import text_of
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("three.min", "data", "pose", "sea", "wakes", "turbine", "wind", "plots", "viewer")
+SCRIPTS = ("three.min", "data", "pose", "sea", "wakes", "turbine", "vortices", "wind", "plots", "viewer")
 """Scripts of the view, in this order; ``file`` or ``widget`` follows, with ``live`` before it for a live scene."""
 
 

@@ -6,7 +6,7 @@ function mountView(root, { spec, scenes, licence }, keys) {
 const began = performance.now(), ended = new AbortController(), until = { signal: ended.signal };
 const find = (id) => root.querySelector(`#${id}`), all = (selector) => root.querySelectorAll(selector);
 const SPEEDS = spec.live ? liveSpeeds(spec.state.speed) : [0.1, 0.25, 0.5, 1, 2, 5, 10, 20];
-const state = { t: 0, playing: true, speed: 1, factor: 1, wind: "rotor", loads: "off", camera: "corner", pairs: "beside", window: Infinity, dirty: true };
+const state = { t: 0, playing: true, speed: 1, factor: 1, wind: "rotor", vortices: "on", loads: "off", camera: "corner", pairs: "beside", window: Infinity, dirty: true };
 const view = { root, frames: 0, first: 0, began, state, scenes, tips: () => turbines.map((each) => each.view.tips()) };
 
 // ---------------------------------------------------------------- theme
@@ -99,6 +99,11 @@ const turbines = alone ? [] : scenes.map((scene, i) => {
   return { view: body, motion: modes ? new ModeMotion(scene) : new RunMotion(scene), pose: null };
 });
 const winds = modes || farm ? [] : scenes.map((scene) => new WindView(scene));
+const vortices = turbines.filter((_, i) => scenes[i].about.vortices).map(({ view: { scene, group } }) => {
+  const lines = new VortexView(scene);
+  group.add(lines.mesh);
+  return lines;
+});
 const wakes = first.wakes ? new WakeRings(scenes[0], farm.centre) : null;
 if (wakes) world.add(wakes.mesh);
 const extremes = [Math.min(...winds.map((wind) => wind.range[0])), Math.max(...winds.map((wind) => wind.range[1]))];
@@ -152,12 +157,13 @@ function look(name) {
   state.dirty = true;
   if (name === "blade" || !name) return;
   const direction = new THREE.Vector3(...(farm && name === "above" ? [0, -0.02, 1] : CAMERAS[name][1])).normalize(), spread = pair && state.pairs === "beside" ? 1.25 * size : 0;
+  const trail = vortices.length && !/front|rear/.test(name) ? 4 * size : 0; // of the wake, downwind
   const spans = (x, y) => (Math.abs(farX * x) + Math.abs(farY * y)) / Math.hypot(direction.x, direction.y);
-  const tall = (name === "above" ? 2.3 * size + 2.3 * farY : 1.2 * high) / (1 + 2 * (camera.view ? camera.view.offsetY / camera.view.fullHeight : 0));
-  const across = 2.25 * size + (name === "side" ? 0 : 2.8 * spread) + 2.3 * spans(direction.y, direction.x);
+  const tall = (name === "above" ? 2.3 * size + 2.3 * farY + trail : 1.2 * high) / (1 + 2 * (camera.view ? camera.view.offsetY / camera.view.fullHeight : 0));
+  const across = 2.25 * size + (name === "side" ? 0 : 2.8 * spread) + 2.3 * spans(direction.y, direction.x) + trail * Math.abs(direction.y);
   const half = Math.tan((camera.fov * Math.PI) / 360);
   const away = (alone ? 1.2 : 1) * Math.max(tall / 2 / half, across / 2 / half / camera.aspect) + (name === "side" ? 1.6 * spread : 0.35 * size) + (name === "above" ? 0 : 0.7 * spans(direction.x, direction.y));
-  orbit.target.set(0, 0, name === "above" ? hub : 0.515 * high);
+  orbit.target.set((name === "corner" ? 0.3 : 0.5) * trail, 0, name === "above" ? hub : 0.515 * high);
   camera.position.copy(orbit.target).addScaledVector(direction, away);
   orbit.update();
 }
@@ -184,7 +190,7 @@ function build() {
   all(".key span").forEach((each) => each.append(each.title));
   find("help").querySelector(".words").textContent = spec.words;
   find("help").querySelector("pre").textContent = licence;
-  const has = { modes, wakes, shapes: !alone && !modes, plots: plots.length > 0 && (spec.live || duration > 30), pairs: pair, wind: winds.length > 0, loads: kind === "run" };
+  const has = { modes, wakes, vortices: vortices.length > 0, shapes: !alone && !modes, plots: plots.length > 0 && (spec.live || duration > 30), pairs: pair, wind: winds.length > 0, loads: kind === "run" };
   for (const [name, yes] of Object.entries(has)) all(`.of-${name}`).forEach((each) => { each.hidden = !yes; });
   const names = Object.keys(CAMERAS).filter((name) => turbines.length || name !== "blade");
   find("settings").querySelector(".cameras").append(...names.map((name, i) => {
@@ -196,6 +202,7 @@ function build() {
   const bind = (id, change) => { find(id).oninput = (event) => { change(event.target.value); state.dirty = true; }; };
   bind("factor", setFactor);
   bind("wind", (value) => { state.wind = value; legends(); });
+  bind("vortices", (value) => { state.vortices = value; });
   bind("loads", (value) => { state.loads = value; legends(); });
   bind("window", (value) => { state.window = Number(value) || Infinity; state.redraw = true; });
   bind("speed", (value) => { state.speed = Number(value); });
@@ -207,7 +214,7 @@ function build() {
   find("theme").onclick = () => setTheme(root.dataset.theme === "dark" ? "light" : "dark");
   find("ask").onclick = () => { find("help").hidden = !find("help").hidden; };
   if (root.clientWidth <= 960) find("settings").open = false;
-  for (const name of ["wind", "loads", "pairs"]) find(name).value = state[name];
+  for (const name of ["wind", "vortices", "loads", "pairs"]) find(name).value = state[name];
   find("window").value = Number.isFinite(state.window) ? state.window : "";
   if (modes) buildModes(bind);
   setFactor(state.factor);
@@ -250,6 +257,10 @@ function legends() {
     find("wind-legend").hidden = state.wind === "off";
   }
   if (wakes) find("wake-legend").innerHTML = `${bar(DEFICIT_COLOURS)}<p><span>0</span><span>deficit of the wakes, m/s</span><span>${short(wakes.largest)}</span></p>`;
+  if (vortices.length) {
+    const most = short(Math.max(...vortices.map((lines) => lines.largest)));
+    find("vortex-legend").innerHTML = `${bar(VORTEX_COLOURS)}<p><span>−${most}</span><span>roots, tips: strength, m²/s</span><span>${most}</span></p>`;
+  }
   if (kind !== "run") return;
   const { largest } = first, mega = (x) => `${short(x / 1e6)}`;
   find("load-legend").hidden = state.loads === "off";
@@ -341,6 +352,7 @@ function render() {
   winds.forEach((wind) => wind.update(t, wind.hidden ? "off" : state.wind));
   sea?.update(t);
   wakes?.update(begin + t);
+  vortices.forEach((lines) => { if ((lines.mesh.visible = state.vortices === "on" && t > lines.begin - lines.step)) lines.update(t); });
   if (state.camera === "blade") follow();
   stage.style.setProperty("--horizon", `${(100 * horizon()).toFixed(1)}%`);
   renderer.render(world, camera);
@@ -386,6 +398,7 @@ function frame(now) {
   view.frames += 1;
   view.first ||= performance.now();
 }
+if (vortices.length) state.wind = "off"; // the section would hide them
 Object.assign(state, spec.state || {});
 if (spec.live) clock.build(KEYS);
 paintWorld();
