@@ -21,6 +21,7 @@ from meltemi.vortex.wake import (
     mean_wind,
     merge,
     refresh,
+    revolution,
     shed_row,
     store_present,
     wake_step,
@@ -114,10 +115,11 @@ def build(m: VortexSystem, step: float) -> None:
     merge(m.wake_1, m.wake_2, whole(p.panels_1), 1)
     trace(m.wake_2, m.drift_2, m, step * p.merge_2, whole(state.rows_2), 0)
     merge(m.wake_2, m.wake_3, whole(p.panels_2), 1)
-    last, mean = whole(p.panels_2), 0.0
-    half = m.drift_2.edges // 2
-    for e in range(half, m.drift_2.edges):
-        mean += m.drift_2.axial[last, e] / half
+    rows, half, mean = whole(state.rows_2), m.drift_2.edges // 2, 0.0
+    first = max(rows - revolution(m), 0)
+    for r in range(first, rows):
+        for e in range(half, m.drift_2.edges):
+            mean += m.drift_2.axial[r, e] / (half * (rows - first))
     for r in range(m.drift_3.ages):
         for e in range(m.drift_3.edges):
             m.drift_3.axial[r, e] = mean

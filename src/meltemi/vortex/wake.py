@@ -352,19 +352,26 @@ def convect(m: VortexSystem) -> None:
     count = store_present(m)
     convect_zone(m.wake_1, m.drift_1, m, 1, whole(state.rows_1), count)
     convect_zone(m.wake_2, m.drift_2, m, 2, whole(state.rows_2), count)
-    # the rest moves with the tip vortices at the end of the free part
-    last, mean, wind = whole(state.rows_2) - 1, Vec(0.0, 0.0, 0.0), mean_wind(m)
-    zone, half = m.wake_2, m.wake_2.edges // 2
-    share = 1.0 / (zone.blades * half)
+    # the rest moves with the tip vortices of the last revolution of the free part
+    zone, rows, mean, wind = m.wake_2, whole(state.rows_2), Vec(0.0, 0.0, 0.0), mean_wind(m)
+    first, half = max(rows - revolution(m), 0), zone.edges // 2
+    share = 1.0 / (zone.blades * half * (rows - first))
     for b in range(zone.blades):
-        for e in range(half, zone.edges):
-            mean += share * (zone.velocity[b, last, e] - wind_at(zone.position[b, last, e], m, wind))
+        for r in range(first, rows):
+            for e in range(half, zone.edges):
+                mean += share * (zone.velocity[b, r, e] - wind_at(zone.position[b, r, e], m, wind))
     zone = m.wake_3
     for b in range(zone.blades):
         for r in range(whole(state.rows_3)):
             for e in range(zone.edges):
                 zone.velocity[b, r, e] = wind + mean
     shift(zone, whole(state.rows_3), state.step)
+
+
+@kernel
+def revolution(m: VortexSystem) -> int:
+    """Number of rows of the second zone that leave the rotor in a revolution."""
+    return whole(2.0 * pi / (m.vortex.azimuth_step * m.vortex.merge_2) + 0.5)
 
 
 @kernel
