@@ -45,7 +45,7 @@ ax.legend(markerscale=4.0)
 # %% [markdown]
 # Glauert's correction for the skewed wake moves induction from the upwind to the
 # downwind side. The vortices say that it moves too much of it at the blades: the yaw
-# moment of the rotor is smaller by a third.
+# moment of the rotor is smaller by two fifths.
 
 # %%
 names = ["generator_power", "rotor_aero_thrust", "shaft_yaw_moment"]
