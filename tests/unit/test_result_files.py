@@ -160,7 +160,7 @@ def everything(n_channels: int | None = None, floats: bool = False) -> Result:
         )
     )
     every |= every_kind() | catalogue(ChannelSet(gears=(1, 3)))
-    groups = ("platform", "line"), ("sea", "pile_station")
+    groups = ("platform", "line"), ("sea", "pile_station", "frame")
     own, other = ({c.name for g in group for c in channels_of_group(g, 1)} for group in groups[:: 1 if floats else -1])
     channels = [c for c in every.values() if c.name not in {"time"} | (other - own)][:n_channels]
     rng = np.random.default_rng(1)
