@@ -1,6 +1,6 @@
 """Loads with vortex wakes beside momentum theory, made from one command:
 
-    python tools/vortex_loads.py RUNS [--seeds 6]
+    python tools/vortex_loads.py RUNS [--seeds 5]
 
 RUNS is a JSON file with the numbers of finished runs, which are not repeated. The same wind, by seed, acts with each
 wake. Prints the tables of docs/verification/vortices_loads.part.md and writes its figure.
@@ -81,21 +81,23 @@ class Study:
     transient: float = 60.0
     duration: float = 300.0
     sea: Any = None
-    rigid: bool = False
-    """Rigid, with static polars and without influence of the tower, at 12.1 rpm and no pitch."""
+    period: float = 0.0
+    """[s] of a revolution of a rigid rotor with static polars, without influence of the tower; 0 if flexible."""
+    pitch: float = 0.0
 
     def run(self, wind: Any, wake: str) -> meltemi.Result:
         """The run with a wake."""
         options = {"nacelle_yaw": np.radians(self.yaw), **WAKES[wake]}
         given: dict[str, Any] = {} if self.sea is None else {"sea": self.sea}
-        if self.rigid:
-            options |= {"locked": RIGID, "stall": "static", "tower_influence": "none", "time_step": PERIOD / 288.0}
-            start = meltemi.Start(rotor_speed=2.0 * np.pi / PERIOD, coordinates={})
+        if self.period:
+            options |= {"locked": RIGID, "stall": "static", "tower_influence": "none", "time_step": self.period / 288.0}
+            start = meltemi.Start(rotor_speed=2.0 * np.pi / self.period, pitch=self.pitch, coordinates={})
             given |= {"controller": ConstantController(), "start": start}
-        model = meltemi.build(meltemi.load_turbine(self.turbine), meltemi.ModelOptions(**options))
+        turbine = phase_vi() if self.turbine == "uae" else meltemi.load_turbine(self.turbine)
+        model = meltemi.build(turbine, meltemi.ModelOptions(**options))
         return meltemi.simulate(
             model, wind, duration=self.transient + self.duration, transient=self.transient,
-            output_step=PERIOD / 36.0 if self.rigid else 0.05, **given,
+            output_step=self.period / 36.0 or 0.05, **given,
         )  # fmt: skip
 
 
@@ -109,6 +111,11 @@ def uniform(speed: float) -> Callable[[int], Any]:
     return lambda seed: meltemi.SteadyWind(speed=speed, shear_exponent=0.0)
 
 
+def rotor(name: str, wind: float, yaw: float, period: float, **given: Any) -> Study:
+    """A rigid rotor in uniform wind over its last nine revolutions of thirty."""
+    return Study(name, uniform(wind), yaw=yaw, period=period, transient=21.0 * period, duration=9.0 * period, **given)
+
+
 def gust(seed: int) -> Any:
     """Extreme operating gust of class IB at rated wind, 60 s after the start."""
     return eog(meltemi.load_turbine("nrel5mw"), 11.4, "IB", begin=60.0)
@@ -120,8 +127,8 @@ def studies(seeds: int) -> list[Study]:
     swell = meltemi.environment.RegularSea(height=4.0, period=12.0)
     rigid = [(10.0, yaw) for yaw in (-20.0, 0.0, 10.0, 20.0, 30.0)] + [(12.0, 0.0), (12.0, 20.0)]
     return [
-        *(Study(f"rigid, {u:g} m/s, {yaw:g} deg", uniform(u), yaw=yaw, rigid=True, transient=21.0 * PERIOD,
-                duration=9.0 * PERIOD) for u, yaw in rigid),
+        *(rotor(f"rigid, {u:g} m/s, {yaw:g} deg", u, yaw, PERIOD) for u, yaw in rigid),
+        *(rotor(f"UAE, {yaw:g} deg", 7.0, yaw, 60.0 / 72.0, turbine="uae", pitch=PITCH) for yaw in (10.0, 20.0, 30.0)),
         Study("EOG, 11.4 m/s", gust, transient=55.0, duration=40.0),
         Study("floater in swell, 9 m/s", lambda seed: meltemi.SteadyWind(speed=9.0), "iea15mw-volturnus",
               transient=200.0, duration=120.0, sea=swell),
@@ -202,6 +209,18 @@ def run_all(listed: list[Study], file: Path) -> dict[str, dict[str, float]]:
     return runs
 
 
+def skewed(runs: dict[str, dict[str, float]], listed: list[Study]) -> str:
+    """Markdown of the sine of the flap moment [kN m] of rigid rotors, and the part of Glauert's factor that fits."""
+    wakes = ("momentum", "no skew", "near", "hybrid", "free")
+    lines = ["| | " + " | ".join(wakes) + " | part, hybrid | part, free |", "|---|" + "---|" * (len(wakes) + 2)]
+    for study in (s for s in listed if s.period and s.yaw):
+        sine = {wake: 1e-3 * runs[f"{study.name}|{wake}|1"]["1P sine"] for wake in wakes}
+        span = sine["momentum"] - sine["no skew"]
+        parts = [(sine[wake] - sine["no skew"]) / span for wake in ("hybrid", "free")]
+        lines.append(f"| {study.name} | " + " | ".join([f"{v:.3g}" for v in [*sine.values(), *parts]]) + " |")
+    return "\n".join(lines) + "\n"
+
+
 def measured() -> str:
     """Markdown: torque, thrust and normal coefficients of UAE Phase VI at 7 m/s, deviation from the measured [%]."""
     record = reference_table("uae_performance", sequence="H", wind="7")[0]
@@ -243,7 +262,7 @@ def draw(runs: dict[str, dict[str, float]], listed: list[Study]) -> None:
     left.set_xticks(range(len(FATIGUE)), [name.replace(", ", ",\n").replace(" fore", "\nfore") for name in FATIGUE])
     left.set_ylabel("change of the equivalent load [%]")
     left.legend(fontsize=7, ncols=2)
-    straight = [s for s in listed if s.rigid and s.name.startswith("rigid, 10 m/s")]
+    straight = [s for s in listed if s.name.startswith("rigid, 10 m/s")]
     lines = {
         wake: [1e-3 * runs[f"{s.name}|{wake}|1"]["1P sine"] for s in straight] for wake in ALL if wake != "cylinder"
     }
@@ -264,7 +283,7 @@ def main() -> None:
     """Run all that is missing, print the tables and write the figure."""
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("runs", type=Path)
-    options.add_argument("--seeds", type=int, default=6)
+    options.add_argument("--seeds", type=int, default=5)
     given = options.parse_args()
     listed = studies(given.seeds)
     runs = run_all(listed, given.runs)
@@ -276,8 +295,9 @@ def main() -> None:
     slow = [s for s in turbulent if "free" in s.wakes]
     print(table(runs, [(s, "free") for s in slow] + [(s, "cylinder") for s in turbulent if s.yaw], keys))
     print(once(runs, turbulent))
-    single = [(s, wake) for s in listed if s.seeds == 1 and not s.rigid for wake in ("near", "hybrid", "free")]
+    single = [(s, wake) for s in listed if s.seeds == 1 and not s.period for wake in ("near", "hybrid", "free")]
     print(table(runs, single, [*keys, "max flap", "max tower fore-aft", STD]))
+    print(skewed(runs, listed))
     print(measured())
     draw(runs, listed)
 
