@@ -19,7 +19,7 @@ CORE = "core compiler maths environment turbine wind aero structure control simu
 SIMULATOR = (
     *CORE,
     *"turbulence iec wind_files electrical control_laws supervisor power_control bladed_controllers analyses".split(),
-    *"postprocess controllers cases report scene app".split(),
+    *"vortex postprocess controllers cases report scene app".split(),
 )
 """The core and what any run may use of other packages: with another line in one of their files, a result is another."""
 IMPORT = re.compile(rb"^\s*(?:from|import) (meltemi\.\w+)", re.MULTILINE)

@@ -67,8 +67,8 @@ def _(dt: float, m: VortexSystem) -> None:
     merge_rows(m)
     convect(m)
     renew_line(m)
-    if not lost(m.wake_1, m, whole(state.rows_1)):
-        lost(m.wake_2, m, whole(state.rows_2))
+    if not lost(m.wake_1, m, 1, whole(state.rows_1)):
+        lost(m.wake_2, m, 2, whole(state.rows_2))
 
 
 @kernel
@@ -497,13 +497,14 @@ def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
 
 
 @kernel
-def lost(zone: WakeZone, m: VortexSystem, rows: int) -> bool:
+def lost(zone: WakeZone, m: VortexSystem, number: int, rows: int) -> bool:
     """Note the first vortex of a zone without a valid position; whether there is one."""
+    youngest = 0.0 if number == 1 else m.vortex.panels_1
     for b in range(zone.blades):
         for r in range(rows):
             for e in range(zone.edges):
                 if not (norm(zone.position[b, r, e] - m.machine.hub_position) < FAR):
                     m.vortex_state.fault = b + 1.0
-                    m.vortex_state.fault_age = r * m.vortex_state.step
+                    m.vortex_state.fault_age = (youngest + r * steps_of(m, number)) * m.vortex_state.step
                     return True
     return False
