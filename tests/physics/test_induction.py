@@ -227,8 +227,8 @@ def test_a_plain_turbine_has_the_kernels_of_momentum_only(model: Model[Any], tur
     """No arrays and no calls of an induction model; tests/architecture checks that nothing of it is imported."""
     plain, other = (type(Case(each, WIND).system) for each in (meltemi.build(turbine, OPTIONS), model))
     assert issubclass(other, MeanSystem)
-    assert "line" in members(other)
-    assert "line" not in members(plain)
+    assert "lifting_line" in members(other)
+    assert "lifting_line" not in members(plain)
     for function in (induce, induced_velocity):
         assert function.called(plain) == [function.texts[Air]]
         assert function.called(other) == [function.texts[LineAir]]
