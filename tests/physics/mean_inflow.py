@@ -35,9 +35,9 @@ class MeanSystem(InductionSystem):
 @kernel
 def mean_circulation(m: MeanSystem) -> float:
     result = 0.0
-    for b in range(m.line.blades):
-        for n in range(m.line.nodes):
-            result += circulation(m, b, n) / (m.line.blades * m.line.nodes)
+    for b in range(m.lifting_line.blades):
+        for n in range(m.lifting_line.nodes):
+            result += circulation(m, b, n) / (m.lifting_line.blades * m.lifting_line.nodes)
     return result
 
 
@@ -49,9 +49,9 @@ def rate(m: MeanSystem) -> float:
 @induced_velocities.variant
 @kernel
 def _(t: float, m: MeanSystem) -> None:
-    for b in range(m.line.blades):
-        for n in range(m.line.nodes):
-            m.line.induced[b, n] = -m.mean_velocity.velocity * m.machine.shaft
+    for b in range(m.lifting_line.blades):
+        for n in range(m.lifting_line.nodes):
+            m.lifting_line.induced[b, n] = -m.mean_velocity.velocity * m.machine.shaft
 
 
 @induction_step.variant

@@ -90,7 +90,7 @@ def test_a_registered_model_receives_and_moves_all_nodes(model: Model[Any]) -> N
     assert isinstance(part, MeanPart)
     assert velocity(case) == pytest.approx(GAIN * mean_circulation(case), rel=1e-6)
     assert velocity(case) > 0.5
-    line, flow = case.view("line"), case.view("flow")
+    line, flow = case.view("lifting_line"), case.view("flow")
     downwind = case.view("machine")["shaft"]
     np.testing.assert_allclose(line["induced"], np.zeros((3, 3, 6)) - velocity(case) * downwind[:, None, None])
     wind = line["onset"] + line["induced"]
@@ -101,7 +101,7 @@ def test_a_registered_model_receives_and_moves_all_nodes(model: Model[Any]) -> N
 
 
 def test_elements_join_and_stand_for_the_lengths_of_the_nodes(model: Model[Any]) -> None:
-    line = (case := turning(model)).view("line")
+    line = (case := turning(model)).view("lifting_line")
     inner, outer = line["inner_end"], line["outer_end"]
     np.testing.assert_allclose(inner[:, :, 1:], outer[:, :, :-1], rtol=1e-14)
     length = case["aero_nodes"][AeroNode.index("length")]
@@ -227,8 +227,8 @@ def test_a_plain_turbine_has_the_kernels_of_momentum_only(model: Model[Any], tur
     """No arrays and no calls of an induction model; tests/architecture checks that nothing of it is imported."""
     plain, other = (type(Case(each, WIND).system) for each in (meltemi.build(turbine, OPTIONS), model))
     assert issubclass(other, MeanSystem)
-    assert "line" in members(other)
-    assert "line" not in members(plain)
+    assert "lifting_line" in members(other)
+    assert "lifting_line" not in members(plain)
     for function in (induce, induced_velocity):
         assert function.called(plain) == [function.texts[Air]]
         assert function.called(other) == [function.texts[LineAir]]

@@ -9,7 +9,7 @@ import pytest
 from vortex_lines import goldstein, velocity
 from vortex_rotor import STILL, Float, by_hand, place, radial, rows_of, settle, solved, stored, turn
 
-from meltemi import SteadyWind, Turbine
+from meltemi import ModelOptions, SteadyWind, Turbine, build, load_turbine
 from meltemi.aero.tables import AeroNode
 from meltemi.compiler import View
 from meltemi.simulation.case import Case
@@ -156,7 +156,7 @@ def test_vortices_end_nowhere(turbine: Turbine) -> None:
     assert len(inside) > 50
     np.testing.assert_allclose(inside, 0.0, atol=1e-12)
     spanwise = s[:, np.abs(s[4]) > 1e-6]  # Kelvin: their sum is the vortex of the start, which the oldest row is
-    element = np.searchsorted(case.view("line")["inner_end"][1, 0], spanwise[1] + 0.5 * spanwise[4]) - 1
+    element = np.searchsorted(case.view("lifting_line")["inner_end"][1, 0], spanwise[1] + 0.5 * spanwise[4]) - 1
     total = np.bincount(element, 4.0 * np.pi * spanwise[6] * np.sign(spanwise[4]))
     np.testing.assert_allclose(total, history[1], atol=1e-12)
 
@@ -247,7 +247,7 @@ def started(turbine: Turbine, row: float, **vortices: Any) -> Float:
     n = 11
     case = wing(turbine, np.linspace(-5e3, 5e3, n + 1), lattice=10.0, free=10.0, **vortices)
     View(AeroNode, case["node_constants"])["chord"] = 1.0
-    case.view("line")["along"][0] = 1.0
+    case.view("lifting_line")["along"][0] = 1.0
     m, bound, own = case.system, case.view("bound"), case.view("bound_influence")
     G, result = np.zeros(n), []
     shed(case, [G], 0.5 * row)  # behind the vortex of the start
@@ -376,3 +376,11 @@ def test_the_wind_that_moves_the_wake(turbine: Turbine) -> None:
 
     assert above_less_below("local") > 1.0
     assert abs(above_less_below("mean")) < 1e-3
+
+
+def test_a_moored_turbine_can_have_a_vortex_wake() -> None:
+    """The arrays of mooring lines and lifting lines do not share a name."""
+    floater = build(load_turbine("iea15mw-volturnus"), ModelOptions(wake="hybrid"))
+    case = Case(floater, SteadyWind(speed=9.0))
+    assert case["line"].shape[-1] == 3  # mooring lines
+    assert case["lifting_line"].shape[-1] == floater.options.blade_nodes

@@ -32,7 +32,7 @@ def by_hand(
     frame = View(BladeFrame, case["frame"])
     frame["orientation"] = np.eye(3).reshape(9, 1)
     frame["cos_pitch"], frame["sin_pitch"] = 1.0, 0.0
-    case.view("line")["along"] = 0.0
+    case.view("lifting_line")["along"] = 0.0
     return case
 
 
@@ -44,7 +44,7 @@ def turn(case: Case, wind: float, speed: float) -> None:
 
 def place(case: Case, ends: Float) -> None:
     """Elements between (blade, node + 1, 3) points [m], each with its control point in the middle."""
-    line = case.view("line")
+    line = case.view("lifting_line")
     line["inner_end"], line["outer_end"] = ends[:, :-1].transpose(2, 0, 1), ends[:, 1:].transpose(2, 0, 1)
     line["position"] = 0.5 * (line["inner_end"] + line["outer_end"])
 

@@ -46,7 +46,7 @@ class LineAir(Air):
       node_constants ... node_inflow: arrays of the blades, node by node.
     """
 
-    line: Single[LiftingLine]
+    lifting_line: Single[LiftingLine]
     line_ends: Constant[Array1]
     node_constants: Single[AeroNode]
     node_motion: Single[BladeMotion]
@@ -65,7 +65,7 @@ class LineAir(Air):
 
 @by_record
 def induced_velocities(t: float, m: LineAir) -> None:
-    """Compute ``m.line.induced`` at all elements at time ``t`` [s].
+    """Compute ``m.lifting_line.induced`` at all elements at time ``t`` [s].
 
     It depends on the states of the model and on the present geometry and onset flow; states change elsewhere, since a
     step may have several evaluations. Circulations are those of the last evaluation, or of an iteration here
@@ -90,7 +90,7 @@ def _(dt: float, m: LineAir, sin_skew: float, b: int, n: int) -> tuple[float, fl
 @kernel
 def place_elements(m: LineAir) -> None:
     """Position, axes and onset flow of all elements, from the motion and the relative wind of this evaluation."""
-    line, motion, frame, flow, hub = m.line, m.node_motion, m.frame, m.node_flow, m.machine.hub_position
+    line, motion, frame, flow, hub = m.lifting_line, m.node_motion, m.frame, m.node_flow, m.machine.hub_position
     for b in range(line.blades):
         R, cp, sp = frame.orientation[b], frame.cos_pitch[b], frame.sin_pitch[b]
         for n in range(line.nodes):
@@ -108,15 +108,15 @@ def place_elements(m: LineAir) -> None:
 @kernel
 def element_end(m: LineAir, b: int, e: int) -> Vec:
     """Position [m] of the inner end of element ``e``, or of the outer end of the one before; inertial axes."""
-    n = min(max(e - 1, 0), m.line.nodes - 2)
-    p = m.line.position[b, n]
-    return p + m.line_ends[e] * (m.line.position[b, n + 1] - p)
+    n = min(max(e - 1, 0), m.lifting_line.nodes - 2)
+    p = m.lifting_line.position[b, n]
+    return p + m.line_ends[e] * (m.lifting_line.position[b, n + 1] - p)
 
 
 @kernel
 def resolve_velocities(m: LineAir) -> None:
     """Induced velocities in strip axes, their factors, and the mean and time constant of the rotor."""
-    line, flow, mean = m.line, m.node_flow, 0.0
+    line, flow, mean = m.lifting_line, m.node_flow, 0.0
     for b in range(line.blades):
         for n in range(line.nodes):
             u = line.induced[b, n]
@@ -143,7 +143,7 @@ def static_circulation(u: Vec, m: LineAir, b: int, n: int) -> float:
     For models that iterate with the blade elements within an evaluation. As in the momentum balance it is that of the
     lift in curved flow.
     """
-    line, flow, nodes = m.line, m.node_flow, m.node_constants
+    line, flow, nodes = m.lifting_line, m.node_flow, m.node_constants
     un = flow.vx[b, n] + dot(u, line.normal[b, n])
     ut = flow.vy[b, n] + dot(u, line.along[b, n])
     speed, chord = sqrt(un * un + ut * ut), nodes.chord[b, n]

@@ -96,7 +96,7 @@ class InductionPart(Part):
     replaces_momentum: ClassVar[bool] = True
     has_adjoint: ClassVar[bool] = False
     system: ClassVar[type[KernelRecord] | None] = InductionSystem
-    signals: ClassVar[dict[str, type[Table]]] = {"line": LiftingLine, "induction_time": InductionTime}
+    signals: ClassVar[dict[str, type[Table]]] = {"lifting_line": LiftingLine, "induction_time": InductionTime}
     n_blades: int
     line_ends: NDArray[np.float64]
 
@@ -140,7 +140,7 @@ class InductionPart(Part):
     def begin(self, case: Any) -> None:
         """Settle the model at the present motion; errors as of :meth:`alone`."""
         self.alone(case)
-        settle_part(case, "line")
+        settle_part(case, "lifting_line")
 
     def alone(self, case: Any) -> None:
         """Check that no other part computes the induced velocities.

@@ -25,7 +25,7 @@ def vortex_lines(case: Any, parameters: Any) -> NDArray[np.float32]:
     """
     from scipy.interpolate import CubicSpline
 
-    state, p, line = case.view("vortex_state"), VortexParameters(parameters), case.view("line")
+    state, p, line = case.view("vortex_state"), VortexParameters(parameters), case.view("lifting_line")
     n, step, turn = line["position"].shape[-1], max(float(state["step"]), 1e-9), 2.0 * pi / p.azimuth_step
     late = 1.0 - (float(state["time"]) - float(state["begin"])) / step
     first, merged = [0, n // 4, n - n // 4, n], np.array([1.0, p.merge_2, p.merge_2 * p.merge_3])

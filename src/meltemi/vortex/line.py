@@ -52,7 +52,7 @@ def velocity_at(m: VortexSystem, share: float, b: int, i: int) -> Vec:
 @induced_velocities.variant
 @kernel
 def _(t: float, m: VortexSystem) -> None:
-    state, bound, line = m.vortex_state, m.bound, m.line
+    state, bound, line = m.vortex_state, m.bound, m.lifting_line
     state.time = t
     if state.step <= 0.0:  # before there is a wake
         u = -FIRST_GUESS * m.rotor.axial_wind * m.machine.shaft
@@ -77,7 +77,7 @@ def _(t: float, m: VortexSystem) -> None:
 @kernel
 def solve(m: VortexSystem, b: int) -> None:
     """Multiply the defects of a blade by the inverse of its factors."""
-    x, A, n = m.bound.defect, m.bound_influence.factor, m.line.nodes
+    x, A, n = m.bound.defect, m.bound_influence.factor, m.lifting_line.nodes
     for i in range(n):
         for j in range(i):
             x[b, i] -= A[b, i, j] * x[b, j]
@@ -91,9 +91,9 @@ def solve(m: VortexSystem, b: int) -> None:
 @kernel
 def factorise(m: VortexSystem, b: int) -> None:
     """Factors of Newton's matrix I - d circulation / d velocity . influence; nearly diagonal, so without pivots."""
-    F, A, n, Q = m.bound_influence.factor, m.bound_influence, m.line.nodes, root_axes(m, b)
+    F, A, n, Q = m.bound_influence.factor, m.bound_influence, m.lifting_line.nodes, root_axes(m, b)
     for i in range(n):
-        u, normal = m.line.induced[b, i], m.line.normal[b, i]
+        u, normal = m.lifting_line.induced[b, i], m.lifting_line.normal[b, i]
         step = 0.01 * (1.0 + m.node_flow.speed[b, i])
         rise = static_circulation(u + step * normal, m, b, i) - static_circulation(u - step * normal, m, b, i)
         slope = max(0.5 * rise / step, 0.0)  # in stall the circulation falls: steps of full length would diverge
@@ -116,7 +116,7 @@ def influence(m: VortexSystem, turn: Rot, b: int, age: float) -> None:
       turn: rotation of the rotor until the end of the step of the wake.
       age: [s] of the youngest row.
     """
-    A, Q, p, zone, n = m.bound_influence, turn @ root_axes(m, b), m.vortex, m.wake_1, m.line.nodes
+    A, Q, p, zone, n = m.bound_influence, turn @ root_axes(m, b), m.vortex, m.wake_1, m.lifting_line.nodes
     core, closed = whole(p.core), p.shed < 1.0
     for i in range(n):
         x = moved(m, turn, control_point(m, b, i))
@@ -153,7 +153,7 @@ def core2_at(zone: WakeZone, m: VortexSystem, b: int, r: int, e: int, factor: fl
 @kernel
 def line_end(m: VortexSystem, b: int, e: int) -> Vec:
     """Position [m] of the inner end of the bound vortex of element ``e``, or of the outer end of the last one."""
-    line, last = m.line, m.line.nodes - 1
+    line, last = m.lifting_line, m.lifting_line.nodes - 1
     if e == 0:
         return line.inner_end[b, 0] + INSET * (line.outer_end[b, 0] - line.inner_end[b, 0])
     if e > last:
@@ -176,13 +176,13 @@ def control_point(m: VortexSystem, b: int, i: int) -> Vec:
     Where the elements become narrower it is not the middle: it is where it would be if their ends were the cosines of
     equal angles (van Garrel 2003, sec. 4.3).
     """
-    inner, outer = m.line.inner_end[b, i], m.line.outer_end[b, i]
+    inner, outer = m.lifting_line.inner_end[b, i], m.lifting_line.outer_end[b, i]
     w = norm(outer - inner)
-    before = norm(inner - m.line.inner_end[b, i - 1]) if i > 0 else 0.0
-    after = norm(m.line.outer_end[b, i + 1] - outer) if i < m.line.nodes - 1 else 0.0
+    before = norm(inner - m.lifting_line.inner_end[b, i - 1]) if i > 0 else 0.0
+    after = norm(m.lifting_line.outer_end[b, i + 1] - outer) if i < m.lifting_line.nodes - 1 else 0.0
     if i == 0:
         share = w / (w + after)
-    elif i == m.line.nodes - 1:
+    elif i == m.lifting_line.nodes - 1:
         share = before / (before + w)
     else:
         share = 0.25 * (1.0 + before / (before + w) + w / (w + after))

@@ -111,7 +111,7 @@ class VortexPart(InductionPart):
           InputError: the turbine has another induction model.
         """
         self.alone(case)
-        settle_part(case, "line", SWEEPS, SETTLED)
+        settle_part(case, "lifting_line", SWEEPS, SETTLED)
 
     def states(self) -> Sequence[StateRows]:
         """None: linear models keep the wake where it is."""

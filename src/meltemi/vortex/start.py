@@ -54,7 +54,7 @@ def _(m: VortexSystem) -> None:
 @kernel
 def mean_circulation(m: VortexSystem) -> float:
     """[m^2/s] mean bound circulation of all elements."""
-    mean, line = 0.0, m.line
+    mean, line = 0.0, m.lifting_line
     for b in range(line.blades):
         for i in range(line.nodes):
             mean += m.bound.circulation[b, i] / (line.blades * line.nodes)
@@ -64,8 +64,8 @@ def mean_circulation(m: VortexSystem) -> float:
 @kernel
 def scale(m: VortexSystem, factor: float) -> None:
     """Multiply the velocities at the blades."""
-    for b in range(m.line.blades):
-        for i in range(m.line.nodes):
+    for b in range(m.lifting_line.blades):
+        for i in range(m.lifting_line.nodes):
             m.bound.before[b, i] = m.bound.after[b, i] = factor * m.bound.after[b, i]
 
 
@@ -85,9 +85,9 @@ def place_wake(m: VortexSystem, share: float) -> None:
         refresh(m.wake_2, m.drift_2, m, 2, r, count, share)
     state.step = 0.0  # the blades are where they are
     at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, share)
-    for b in range(m.line.blades):
-        for i in range(m.line.nodes):
-            for j in range(m.line.nodes):
+    for b in range(m.lifting_line.blades):
+        for i in range(m.lifting_line.nodes):
+            for j in range(m.lifting_line.nodes):
                 A.before[b, i, j] = A.after[b, i, j]
     scale(m, 1.0)
     state.step = step

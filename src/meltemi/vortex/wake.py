@@ -101,16 +101,19 @@ def make_room(zone: WakeZone, rows: int) -> int:
 @kernel
 def trailing_edge(m: VortexSystem, b: int, e: int) -> Vec:
     """Position [m] of the trailing edge, three quarters of the chord behind the bound vortex."""
-    last = m.line.nodes - 1
+    last = m.lifting_line.nodes - 1
     i, j = max(e - 1, 0), min(e, last)
-    chord = m.node_constants.chord[b, i] * m.line.along[b, i] + m.node_constants.chord[b, j] * m.line.along[b, j]
+    chord = (
+        m.node_constants.chord[b, i] * m.lifting_line.along[b, i]
+        + m.node_constants.chord[b, j] * m.lifting_line.along[b, j]
+    )
     return line_end(m, b, e) + 0.375 * chord
 
 
 @kernel
 def shed_row(m: VortexSystem) -> None:
     """Let the panels behind the blades go with the circulation of the last evaluation, and begin new ones (VW-10)."""
-    zone, line = m.wake_1, m.line
+    zone, line = m.wake_1, m.lifting_line
     m.vortex_state.rows_1 = 1.0 * make_room(zone, whole(m.vortex_state.rows_1))
     for b in range(line.blades):
         for e in range(line.nodes + 1):
@@ -303,7 +306,7 @@ def store_wake(s: Any, m: VortexSystem, factor: float, age: float, step: float) 
 @kernel
 def store_blade(s: Any, j: int, m: VortexSystem, turn: Rot, b: int, factor: float, age: float) -> int:
     """Store the bound vortices of a blade, and those from it to the youngest row, ``age`` [s]; the next column."""
-    zone, p, G, n = m.wake_1, m.vortex, m.bound.circulation, m.line.nodes
+    zone, p, G, n = m.wake_1, m.vortex, m.bound.circulation, m.lifting_line.nodes
     for e in range(n + 1):
         begin = moved(m, turn, line_end(m, b, e))
         strength = (G[b, e - 1] if e > 0 else 0.0) - (G[b, e] if e < n else 0.0)
@@ -380,7 +383,7 @@ def store_present(m: VortexSystem) -> int:
     state, s, factor = m.vortex_state, m.wake_sources32, m.vortex.wake_core
     step, state.step = state.step, 0.0  # the blades are where they are
     count = store_wake(s, m, factor, 0.0, step)
-    for b in range(m.line.blades):
+    for b in range(m.lifting_line.blades):
         count = store_blade(s, count, m, rotation(Vec(0.0, 0.0, 0.0)), b, factor, 0.0)
     state.step = step
     return count
@@ -445,8 +448,8 @@ def refresh(zone: WakeZone, drift: WakeDrift, m: VortexSystem, number: int, r: i
 @kernel
 def renew_line(m: VortexSystem) -> None:
     """Velocities and influence at the blades at the end of the step, where the wake is already (VW-8)."""
-    bound, A, n = m.bound, m.bound_influence, m.line.nodes
-    for b in range(m.line.blades):
+    bound, A, n = m.bound, m.bound_influence, m.lifting_line.nodes
+    for b in range(m.lifting_line.blades):
         for i in range(n):
             bound.before[b, i] = bound.after[b, i]
             for j in range(n):
@@ -482,12 +485,12 @@ def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
     """
     p, s, bound, rest = m.vortex, m.wake_sources, m.bound, beyond(m)
     count = store_wake(s, m, p.blade_core, step, step)
-    for b in range(m.line.blades):
+    for b in range(m.lifting_line.blades):
         Q, last = turn @ root_axes(m, b), count
-        for c in range(m.line.blades):
+        for c in range(m.lifting_line.blades):
             if c != b:
                 last = store_blade(s, last, m, turn, c, p.blade_core, step)
-        for i in range(m.line.nodes):
+        for i in range(m.lifting_line.nodes):
             x = moved(m, turn, control_point(m, b, i))
             m.wake_point[0], m.wake_point[1], m.wake_point[2] = x.x, x.y, x.z
             u, v, w = induced(m.wake_point, s, 0, last, whole(p.core))
