@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from meltemi.compiler import KernelRecord, Table, kernel
+from meltemi.core.errors import InputError
 from meltemi.simulation.induction import InductionPart
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import StateRows
@@ -41,6 +42,8 @@ SIDES = (pi / 6.0, pi / 3.0)
 """[rad] azimuth of their filaments, at least."""
 VISCOSITY = 1.464e-5
 """[m^2/s] kinematic viscosity of air."""
+PAIRS, LONGEST = 5e8, 3600.0
+"""[1/s] velocities of a vortex by another one that a core computes; [s] longest revolution that is accepted."""
 
 
 @check_parts.variant
@@ -145,7 +148,7 @@ def part_of(turbine: Any, options: ModelOptions, rotor: Any) -> VortexPart:
     """The vortex wake of a turbine.
 
     Raises:
-      InputError: the rotor has no blades.
+      InputError: the rotor has no blades, or a revolution of the wake would take more than an hour.
     """
     o = options.vortices
     revolution = 2.0 * pi / o.azimuth_step
@@ -171,4 +174,14 @@ def part_of(turbine: Any, options: ModelOptions, rotor: Any) -> VortexPart:
         mean_wind=o.wind == "mean",
         free=options.wake == "free",
     )
-    return VortexPart.on(turbine, rotor, vortex=values.array)
+    part = VortexPart.on(turbine, rotor, vortex=values.array)
+    counts = [zone["blade"] * zone["age"] * zone["edge"] for zone in part.zones()]
+    moved = sum(counts[:2]) / (1 if options.wake == "free" else wake.REFRESHED)
+    seconds = 2.0 * sum(counts) * (2 if o.ground else 1) * moved * revolution / PAIRS
+    if seconds > LONGEST:
+        raise InputError(
+            f"vortices: a wake of {sum(counts):,} vortices would take about {seconds / 3600.0:,.0f} h a revolution; "
+            f"expected at most 1 h: use a larger azimuth_step than {o.azimuth_step:g} rad or a smaller lattice than "
+            f"{o.lattice:g} revolutions"
+        )
+    return part
