@@ -17,7 +17,7 @@ from meltemi.core.errors import InputError
 from meltemi.simulation.induction import InductionPart
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import StateRows
-from meltemi.simulation.step import check_parts, settle_induction
+from meltemi.simulation.step import DIVERGED, check_parts, settle_induction
 from meltemi.simulation.system import March
 from meltemi.vortex import line, start, wake  # noqa: F401 - their kernels act at the hooks
 from meltemi.vortex.drawn import vortex_lines
@@ -34,8 +34,6 @@ from meltemi.vortex.tables import (
 
 SWEEPS, SETTLED = 60, 2e-3
 """Sweeps that settle a wake at the start of a run, at most; [m/s] change of the velocities at which they end."""
-LOST = 8
-"""Status of a run whose wake is lost."""
 VORTICES = (4, 2)
 """Vortices of a blade in the second and third zone."""
 SIDES = (pi / 6.0, pi / 3.0)
@@ -50,7 +48,7 @@ PAIRS, LONGEST = 5e8, 3600.0
 @kernel
 def _(m: VortexSystem, run: March) -> None:
     if m.vortex_state.fault > 0.0:
-        run.clock.status = LOST
+        run.clock.status = DIVERGED
 
 
 @dataclass(frozen=True)
@@ -139,7 +137,7 @@ class VortexPart(InductionPart):
             return ""
         blade, age = state["fault"], state["fault_age"]
         return (
-            f"vortex wake: a vortex of blade {blade:.0f}, {age:.1f} s old, was lost: its velocity has grown without "
+            f"vortex wake: a vortex of blade {blade:.0f}, {age:.1f} s old, is lost: its velocity has grown without "
             "bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
         )
 
