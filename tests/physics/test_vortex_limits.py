@@ -7,7 +7,7 @@ import pytest
 
 import meltemi
 from meltemi import InputError, ModelOptions, Simulation, Start, SteadyWind, Turbine
-from meltemi.core.errors import RunError, Status
+from meltemi.core.errors import RunError, Status, UnsupportedError
 from meltemi.simulation.points import initial_state
 
 WIND = SteadyWind(speed=10.0)
@@ -36,6 +36,30 @@ def test_a_wake_that_takes_hours_is_refused_with_its_cost(turbine: Turbine, wake
 def test_zones_that_are_longer_than_the_wake_are_refused(turbine: Turbine) -> None:
     with pytest.raises(InputError, match=r"length: expected at least lattice and free, 30, found 20"):
         ModelOptions(wake="free", vortices={"free": 30.0})
+
+
+@pytest.mark.parametrize("analysis", ["sensitivity", "gradient"])
+def test_derivatives_of_moving_vortices_are_refused(turbine: Turbine, analysis: str) -> None:
+    model = meltemi.build(turbine, ModelOptions(wake="hybrid"))
+    run = meltemi.Run(model, WIND, duration=1.0, start=TURNING)
+    with pytest.raises(UnsupportedError, match=f"{analysis}: a wake of moving vortices has no derivatives; use"):
+        if analysis == "gradient":
+            meltemi.analysis.gradient(run, lambda result: (0.0, {}), ["aerodynamics.air_density"])
+        meltemi.analysis.sensitivity(run, ["aerodynamics.air_density"])
+
+
+@pytest.mark.long
+def test_linear_models_keep_the_vortices_where_they_are(turbine: Turbine) -> None:
+    """The wake has no states; the thrust rises less with the wind than without induction."""
+    rises = []
+    for wake in ("hybrid", "none"):
+        options = ModelOptions(wake=wake, stall="static", locked=("tower", "blades", "drivetrain"))
+        model = meltemi.build(turbine, options)
+        point = meltemi.operating_point(model, 10.0, rotor_speed=1.2, pitch=0.0)
+        linear = meltemi.analysis.linearise(model, point, inputs=("wind_speed",), outputs=("rotor_aero_thrust",))
+        assert not any("vort" in name or "wake" in name for name in linear.states)
+        rises.append(float(linear.D[0, 0]))
+    assert 0.3 < rises[0] / rises[1] < 1.0
 
 
 @pytest.mark.long
