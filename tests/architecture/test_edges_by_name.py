@@ -23,6 +23,7 @@ UPWARD = {
     ("simulation", "scene"),  # what the view of a run records
     ("simulation", "sea"),
     ("simulation", "supervisor"),  # words for its states
+    ("simulation", "vortex"),
     ("turbine", "electrical"),  # fields of a turbine
     ("turbine", "floating"),
     ("turbine", "frames"),
