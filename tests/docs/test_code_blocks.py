@@ -25,8 +25,8 @@ ROOT = Path(__file__).parents[2]
 DOCS = sorted((ROOT / "docs").rglob("*.md"))
 TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in (ROOT / "README.md", *DOCS)}
 NOTEBOOKS = sorted(path.stem for path in (ROOT / "examples" / "notebooks").glob("*.py"))
-OWN_CODE = ("floating", "neural_controller")
-"""Notebooks that compile machine code of derivatives which no other test needs."""
+OWN_CODE = ("floating", "neural_controller", "validation", "vortex_wake")
+"""Notebooks that compile machine code which no other test needs, or take more than ten seconds."""
 
 
 @cache

@@ -452,7 +452,7 @@ def members(**changes: Any) -> Callable[[Frame], dict[str, Any]]:
 CHANGES: dict[str, tuple[Any, str]] = {
     "growth": ({"growth": ()}, "mass weight drag added wave still"),
     "flooded": (members(flooded=False), "mass weight"),
-    "filled_to": (members(filled_to=-20.0), "mass weight"),
+    "filled_to": (members(filled_to=-20.0, flooded=False), "mass weight"),
     "fill_density": (members(fill_density=1100.0), "mass weight"),
     "pressure on ends": ({"ends": EndCoefficients(pressure=0.0)}, "wave"),
     "drag on ends": ({"ends": EndCoefficients(drag=1.0)}, "plate"),

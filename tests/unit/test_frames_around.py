@@ -134,7 +134,7 @@ def test_derived_channels_do_not_depend_on_the_number_of_samples_at_a_time() -> 
         np.testing.assert_array_equal(parts, whole)
 
 
-@pytest.mark.slow
+@pytest.mark.long  # machine code of derivatives
 def test_section_loads_have_derivatives() -> None:
     sea, gain = IrregularSea(height=4.0, period=9.0), "controller.proportional_gain"
     run = Run(model(), SteadyWind(speed=14.0), duration=2.0, sea=sea, channels=[LEG, "wave_elevation"])

@@ -148,7 +148,7 @@ def test_a_linear_model_has_frequency_and_damping_of_its_matrix() -> None:
 def test_a_load_case_and_an_outcome(long_result: Result) -> None:
     wind = {"kind": "iec", "model": "NTM", "wind_class": "IIB", "speed": 12.0}
     case = LoadCase(turbine="nrel5mw", wind=wind, duration=600.0, events=[{"at": 2.0, "type": "grid_loss"}])
-    read(case, "nrel5mw, iec NTM wind 12 m/s, 600 s", "IIB", "GridLoss", "2 s", "Defaults")
+    read(case, "nrel5mw, iec NTM wind 12 m/s, 600 s", "IIB", "GridLoss", "2 s", "Defaults", most=14_000)
     read(Outcome("a", Status.FAILED, "no <file>"), "FAILED", "no <file>")
     read(Outcome("a", Status.OK, value=long_result), "OK", "rotor_speed", most=60_000)
 

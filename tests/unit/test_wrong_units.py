@@ -89,6 +89,8 @@ UNTOLD = {
     "StallConstants.b1": FREE,
     "StallConstants.b2": FREE,
     "AdvancedOptions.induction_tolerance": ANY,
+    **{f"VortexOptions.{name}": ANY for name in ("azimuth_step", "lattice", "free", "length", "shed")},
+    **{f"VortexOptions.{name}": SPREAD for name in ("blade_core", "wake_core", "eddy_viscosity")},
     "PowerGrid.voltage": "a dip",
 }
 """Fields of which some factor is neither refused nor told. A foot in place of a metre, a factor of 3, is within what

@@ -14,10 +14,10 @@ import numpy as np
 
 from meltemi.compiler import KernelRecord, Table, kernel
 from meltemi.core.errors import InputError
-from meltemi.simulation.induction import InductionPart
+from meltemi.simulation.induction import InductionPart, settle_part
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import StateRows
-from meltemi.simulation.step import DIVERGED, check_parts, settle_induction
+from meltemi.simulation.step import DIVERGED, check_parts
 from meltemi.simulation.system import March
 from meltemi.vortex import line, start, wake  # noqa: F401 - their kernels act at the hooks
 from meltemi.vortex.drawn import vortex_lines
@@ -112,16 +112,8 @@ class VortexPart(InductionPart):
           InputError: the turbine has another induction model.
         """
         self.alone(case)
-        accelerations = case["a"].copy()
-        case.evaluate(0.0)
-        system = case.plain if case.slopes else case.system  # in linear models the wake has no derivatives
-        for _ in range(SWEEPS):
-            before = case["line"].copy()
-            settle_induction(system)
-            case.evaluate(0.0)
-            if not np.max(np.abs(case["line"] - before)) > SETTLED:
-                break
-        case["a"][:] = accelerations  # those of steady operation are prescribed, not those of the instant
+        # in linear models the wake has no derivatives
+        settle_part(case, "line", SWEEPS, SETTLED, case.plain if case.slopes else case.system)
 
     def states(self) -> Sequence[StateRows]:
         """None: linear models keep the wake where it is."""
