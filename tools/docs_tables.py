@@ -256,7 +256,7 @@ def arrays() -> str:
         "turbine.exchange",
         "wind.velocity",
         "structure.tables",
-        "structure.moving_base",
+        "floating.moving_base",
         "aero.tables",
         "aero.flaps",
         "aero.coefficient",
@@ -275,6 +275,7 @@ def arrays() -> str:
         "supervisor.log",
         "supervisor.supervised",
         "electrical.tables",
+        "vortex.tables",
         "simulation.step",
         "simulation.disk.system",
     ):

@@ -300,7 +300,7 @@ def jacobian(case: Case, columns: Sequence[LinearVariable], rows: Sequence[Linea
     places = [(array, *np.array(pairs).T) for array, pairs in shown.items()]
     for first in range(0, len(columns), N_DERIVATIVES):
         some = columns[first : first + N_DERIVATIVES]
-        for name in {"memory", "flow"} & slopes.keys():
+        for name in {"memory", "flow", "bound"} & slopes.keys():
             slopes[name][...] = (
                 0.0  # the start value of the solver and the loads of the last evaluation are no variables
             )

@@ -144,6 +144,7 @@ def run(
     settings = {} if transient is None else {"transient": f"{transient:g}"}
     settings |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
     settings |= {} if options.wake is None else {"options.wake": options.wake}
+    settings |= {"view": True} if options.wake in ("hybrid", "free") else {}
     changed = written and bool(settings or options.given())
     if changed and path.resolve() == (out / "case.yaml").resolve():
         raise InputError(
@@ -155,8 +156,7 @@ def run(
     with _named(path if written else None):
         turbine = case_turbine(case, folder)
     with TemporaryDirectory() as kept, _named(path if written else None):
-        shown = with_view or case.view or options.wake in ("hybrid", "free")
-        described = replace(case_run(case, turbine, folder, Path(kept)), view=shown)
+        described = replace(case_run(case, turbine, folder, Path(kept)), view=with_view or case.view)
         if not written:
             described, case = _recorded(described, case)
         with simulation_bar(f"{turbine.name}, {case.duration:g} s", case.duration, "s") as progress:

@@ -23,7 +23,7 @@ from meltemi.core.errors import InputError, UnsupportedError
 from meltemi.core.shown import Brief
 from meltemi.gradients.reverse.compiled import Compiled
 from meltemi.gradients.reverse.memory import Memory
-from meltemi.gradients.sensitivity import Direction, directions, settled
+from meltemi.gradients.sensitivity import Direction, directions, refuse_moving_vortices, settled
 from meltemi.simulation import step
 from meltemi.simulation.case import SWEEPS, Case
 from meltemi.simulation.result import Result
@@ -80,6 +80,7 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
     if interpreted():
         raise InputError("gradient: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
+    refuse_moving_vortices(model, "gradient")
     if not all(part.has_adjoint for part in model.parts):
         raise UnsupportedError("gradient: induction models have no derivatives in reverse; sensitivity has them")
     ways = directions(model, parameters, controller, start, {})

@@ -25,7 +25,7 @@ from meltemi.control.actuators import Actuators
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.control.dual_updates import dual_entry
-from meltemi.core.errors import InputError, MeltemiError, Status, did_you_mean
+from meltemi.core.errors import InputError, MeltemiError, Status, UnsupportedError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.shown import Brief
 from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
@@ -129,6 +129,19 @@ class Sensitivity(Brief):
         return del_gradient(series, slopes, duration=duration, slope=slope, f_eq=f_eq)
 
 
+def refuse_moving_vortices(model: Model[Any], analysis: str) -> None:
+    """Check that an analysis has the derivatives of the turbine's wake.
+
+    Raises:
+      UnsupportedError: the turbine has a wake of moving vortices.
+    """
+    if any(part.settles for part in model.parts):
+        raise UnsupportedError(
+            f"{analysis}: a wake of moving vortices has no derivatives; use options.wake momentum"
+            + (" or near" if analysis == "sensitivity" else "")
+        )
+
+
 def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, float] | None = None) -> Sensitivity:
     """Exact derivatives of a run by parameters; the times of events are held.
 
@@ -143,11 +156,13 @@ def sensitivity(run: Run, parameters: Sequence[str], *, steps: Mapping[str, floa
 
     Raises:
       InputError: a parameter is unknown, or the controller has no derivatives.
+      UnsupportedError: the turbine has a wake of moving vortices.
       KeyboardInterrupt: half the derivatives would be of no use.
     """
     if interpreted():
         raise InputError("sensitivity: derivatives need compiled kernels, and NUMBA_DISABLE_JIT is set")
     run, model, controller, start = settled(run)
+    refuse_moving_vortices(model, "sensitivity")
     dual_entry(controller)  # refuses those that have no derivatives
     ways = directions(model, parameters, controller, start, steps or {})
     progress = run.progress

@@ -67,17 +67,18 @@ def _(dt: float, m: InductionSystem) -> None:
         time.elapsed = 0.0
 
 
-def settle_part(case: Any, name: str, sweeps: int = SWEEPS, settled: float = SETTLED) -> None:
+def settle_part(case: Any, name: str, sweeps: int = SWEEPS, settled: float = SETTLED, system: Any = None) -> None:
     """Settle an induction model at the present motion, until the array ``name`` with its velocities [m/s] stays.
 
     Args:
       sweeps, settled: sweeps at most; [m/s] change of the velocities at which they end.
+      system: record of the case in which it settles, by default its system.
     """
     accelerations = case["a"].copy()
     case.evaluate(0.0)
     for _ in range(sweeps):
         before = case[name].copy()
-        settle_induction(case.system)
+        settle_induction(case.system if system is None else system)
         case.evaluate(0.0)
         if not np.max(np.abs(case[name] - before)) > settled:  # the geometry stays, so this is the velocity
             break

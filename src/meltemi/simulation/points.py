@@ -30,12 +30,13 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
 
     Without a start it is steady operation; if there is none, that of the rigid turbine, or of a power-coefficient
     turbine at its reference speed. Initial conditions that name neither coordinates nor velocities are completed to an
-    equilibrium; if there is none they are used as given.
+    equilibrium; if there is none they are used as given. Wakes that settle at the start are left out before it.
 
     Raises:
       InputError: as ``operating_point`` if the wind does not turn the rotor, and as ``parked_point`` if an idling
         rotor runs away.
     """
+    model = _without_wake(model)
     try:
         if start is None:
             initial_point = shared_point(model, wind)
@@ -72,9 +73,15 @@ def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
     Raises:
       InputError: as ``operating_point``.
     """
-    if any(part.settles for part in model.parts):
-        model = replace(model, parts=tuple(part for part in model.parts if not part.settles))
+    model = _without_wake(model)
     return _once(model, wind, (), lambda: operating_point(model, steady_wind(wind, model.turbine.hub_height)))
+
+
+def _without_wake(model: Model[Any]) -> Model[Any]:
+    """The model without parts that settle at the start: the momentum balance stands for their wakes."""
+    if not any(part.settles for part in model.parts):
+        return model
+    return replace(model, parts=tuple(part for part in model.parts if not part.settles))
 
 
 def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:

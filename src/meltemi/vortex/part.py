@@ -13,10 +13,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from meltemi.compiler import KernelRecord, Table, kernel
+from meltemi.core.errors import InputError
 from meltemi.simulation.induction import InductionPart, settle_part
 from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import StateRows
-from meltemi.simulation.step import check_parts
+from meltemi.simulation.step import DIVERGED, check_parts
 from meltemi.simulation.system import March
 from meltemi.vortex import line, start, wake  # noqa: F401 - their kernels act at the hooks
 from meltemi.vortex.drawn import vortex_lines
@@ -33,21 +34,21 @@ from meltemi.vortex.tables import (
 
 SWEEPS, SETTLED = 60, 2e-3
 """Sweeps that settle a wake at the start of a run, at most; [m/s] change of the velocities at which they end."""
-LOST = 8
-"""Status of a run whose wake is lost."""
 VORTICES = (4, 2)
 """Vortices of a blade in the second and third zone."""
 SIDES = (pi / 6.0, pi / 3.0)
 """[rad] azimuth of their filaments, at least."""
 VISCOSITY = 1.464e-5
 """[m^2/s] kinematic viscosity of air."""
+PAIRS, LONGEST = 5e8, 3600.0
+"""[1/s] velocities of a vortex by another one that a core computes; [s] longest revolution that is accepted."""
 
 
 @check_parts.variant
 @kernel
 def _(m: VortexSystem, run: March) -> None:
     if m.vortex_state.fault > 0.0:
-        run.clock.status = LOST
+        run.clock.status = DIVERGED
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,12 @@ class VortexPart(InductionPart):
           InputError: the turbine has another induction model.
         """
         self.alone(case)
+<<<<<<< HEAD
         settle_part(case, "lifting_line", SWEEPS, SETTLED)
+=======
+        # in linear models the wake has no derivatives
+        settle_part(case, "line", SWEEPS, SETTLED, case.plain if case.slopes else case.system)
+>>>>>>> vx-app
 
     def states(self) -> Sequence[StateRows]:
         """None: linear models keep the wake where it is."""
@@ -128,7 +134,7 @@ class VortexPart(InductionPart):
             return ""
         blade, age = state["fault"], state["fault_age"]
         return (
-            f"vortex wake: a vortex of blade {blade:.0f}, {age:.1f} s old, was lost: its velocity has grown without "
+            f"vortex wake: a vortex of blade {blade:.0f}, {age:.1f} s old, is lost: its velocity has grown without "
             "bound; use a larger vortices.wake_core or a smaller vortices.azimuth_step"
         )
 
@@ -137,7 +143,7 @@ def part_of(turbine: Any, options: ModelOptions, rotor: Any) -> VortexPart:
     """The vortex wake of a turbine.
 
     Raises:
-      InputError: the rotor has no blades.
+      InputError: the rotor has no blades, or a revolution of the wake would take more than an hour.
     """
     o = options.vortices
     revolution = 2.0 * pi / o.azimuth_step
@@ -163,4 +169,14 @@ def part_of(turbine: Any, options: ModelOptions, rotor: Any) -> VortexPart:
         mean_wind=o.wind == "mean",
         free=options.wake == "free",
     )
-    return VortexPart.on(turbine, rotor, vortex=values.array)
+    part = VortexPart.on(turbine, rotor, vortex=values.array)
+    counts = [zone["blade"] * zone["age"] * zone["edge"] for zone in part.zones()]
+    moved = sum(counts[:2]) / (1 if options.wake == "free" else wake.REFRESHED)
+    seconds = 2.0 * sum(counts) * (2 if o.ground else 1) * moved * revolution / PAIRS
+    if seconds > LONGEST:
+        raise InputError(
+            f"vortices: a wake of {sum(counts):,} vortices would take about {seconds / 3600.0:,.0f} h a revolution; "
+            f"expected at most 1 h: use a larger azimuth_step than {o.azimuth_step:g} rad or a smaller lattice than "
+            f"{o.lattice:g} revolutions"
+        )
+    return part

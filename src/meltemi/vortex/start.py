@@ -27,7 +27,7 @@ from meltemi.vortex.wake import (
     wake_step,
 )
 
-SHARE, CALM, NEAR = 0.5, 12.0, 0.02
+SHARE, CALM, NEAR = 0.5, 12.0, 0.05
 """Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at
 rest; relative change of loading and speed up to which the wake stays where it is for other azimuths."""
 

@@ -67,8 +67,11 @@ def _(dt: float, m: VortexSystem) -> None:
     merge_rows(m)
     convect(m)
     renew_line(m)
-    if not lost(m.wake_1, m, 1, whole(state.rows_1)):
-        lost(m.wake_2, m, 2, whole(state.rows_2))
+    each_2, each_3 = m.vortex.merge_2, m.vortex.merge_2 * m.vortex.merge_3
+    age_2 = state.rows_1 - 1.0
+    age_3 = age_2 + each_2 * (state.rows_2 - 1.0)
+    if not (lost(m.wake_1, m, state.rows_1, 0.0, 1.0) or lost(m.wake_2, m, state.rows_2, age_2, each_2)):
+        lost(m.wake_3, m, state.rows_3, age_3, each_3)
 
 
 @kernel
@@ -500,14 +503,17 @@ def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
 
 
 @kernel
-def lost(zone: WakeZone, m: VortexSystem, number: int, rows: int) -> bool:
-    """Note the first vortex of a zone without a valid position; whether there is one."""
-    youngest = 0.0 if number == 1 else m.vortex.panels_1
+def lost(zone: WakeZone, m: VortexSystem, rows: float, youngest: float, each: float) -> bool:
+    """Note the first vortex of a zone without a valid position; whether there is one.
+
+    Args:
+      youngest, each: steps of the wake since row 0 of the zone left the blade; steps between rows.
+    """
     for b in range(zone.blades):
-        for r in range(rows):
+        for r in range(whole(rows)):
             for e in range(zone.edges):
                 if not (norm(zone.position[b, r, e] - m.machine.hub_position) < FAR):
                     m.vortex_state.fault = b + 1.0
-                    m.vortex_state.fault_age = (youngest + r * steps_of(m, number)) * m.vortex_state.step
+                    m.vortex_state.fault_age = (youngest + each * r) * m.vortex_state.step
                     return True
     return False
