@@ -112,12 +112,8 @@ class VortexPart(InductionPart):
           InputError: the turbine has another induction model.
         """
         self.alone(case)
-<<<<<<< HEAD
-        settle_part(case, "lifting_line", SWEEPS, SETTLED)
-=======
         # in linear models the wake has no derivatives
-        settle_part(case, "line", SWEEPS, SETTLED, case.plain if case.slopes else case.system)
->>>>>>> vx-app
+        settle_part(case, "lifting_line", SWEEPS, SETTLED, case.plain if case.slopes else case.system)
 
     def states(self) -> Sequence[StateRows]:
         """None: linear models keep the wake where it is."""
