@@ -144,7 +144,7 @@ def run(
     settings = {} if transient is None else {"transient": f"{transient:g}"}
     settings |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
     settings |= {} if options.wake is None else {"options.wake": options.wake}
-    settings |= {"view": True} if options.wake in ("hybrid", "free") else {}
+    settings |= {"view": "true"} if options.wake in ("hybrid", "free") else {}
     changed = written and bool(settings or options.given())
     if changed and path.resolve() == (out / "case.yaml").resolve():
         raise InputError(
