@@ -52,16 +52,16 @@ def test_derivatives_of_moving_vortices_are_refused(turbine: Turbine, analysis: 
 
 @pytest.mark.long
 def test_linear_models_keep_the_vortices_where_they_are(turbine: Turbine) -> None:
-    """The wake has no states; the thrust rises less with the wind than without induction."""
+    """The wake has no states; the thrust follows the wind at once as with momentum, whose induction also lags."""
     rises = []
-    for wake in ("hybrid", "none"):
+    for wake in ("hybrid", "momentum"):
         options = ModelOptions(wake=wake, stall="static", locked=("tower", "blades", "drivetrain"))
         model = meltemi.build(turbine, options)
         point = meltemi.operating_point(model, 10.0, rotor_speed=1.2, pitch=0.0)
         linear = meltemi.analysis.linearise(model, point, inputs=("wind_speed",), outputs=("rotor_aero_thrust",))
         assert not any("vort" in name or "wake" in name for name in linear.states)
         rises.append(float(linear.D[0, 0]))
-    assert 0.3 < rises[0] / rises[1] < 1.0
+    assert 0.8 < rises[0] / rises[1] < 1.05
 
 
 @pytest.mark.long
