@@ -432,6 +432,11 @@ def power_curve(
     """Compute steady operation over wind speed: table, plot, CSV."""
     from meltemi.controllers.specification import specification
 
+    if wake in ("hybrid", "free"):
+        raise InputError(
+            f"--wake {wake}: a vortex wake that moves develops in runs only; use near or momentum for power curves, or "
+            f"meltemi run {turbine} --wake {wake}"
+        )
     described = meltemi.load_turbine(turbine)
     wanted = speeds_of(speeds) if speeds is not None else None
     named = None if controller is None else specification(controller_of(controller))

@@ -13,7 +13,7 @@ from typing import Any
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint, steady_wind
-from meltemi.simulation.rotors import operating_point
+from meltemi.simulation.rotors import operating_point, without_wake
 from meltemi.simulation.start import Start
 from meltemi.wind.fields import Wind
 
@@ -36,7 +36,7 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
       InputError: as ``operating_point`` if the wind does not turn the rotor, and as ``parked_point`` if an idling
         rotor runs away.
     """
-    model = _without_wake(model)
+    model = without_wake(model)
     try:
         if start is None:
             initial_point = shared_point(model, wind)
@@ -73,15 +73,8 @@ def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
     Raises:
       InputError: as ``operating_point``.
     """
-    model = _without_wake(model)
+    model = without_wake(model)
     return _once(model, wind, (), lambda: operating_point(model, steady_wind(wind, model.turbine.hub_height)))
-
-
-def _without_wake(model: Model[Any]) -> Model[Any]:
-    """The model without parts that settle at the start: the momentum balance stands for their wakes."""
-    if not any(part.settles for part in model.parts):
-        return model
-    return replace(model, parts=tuple(part for part in model.parts if not part.settles))
 
 
 def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:

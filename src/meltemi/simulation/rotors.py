@@ -129,6 +129,16 @@ def build(
     return _kind(type(turbine)).build(turbine, options, environment)
 
 
+BY_MOMENTUM = "steady operation is that of momentum theory: a vortex wake that moves develops in runs only"
+
+
+def without_wake(model: Model[Any]) -> Model[Any]:
+    """The model without parts that settle at the start of runs: the momentum balance stands for their wakes."""
+    if not any(part.settles for part in model.parts):
+        return model
+    return replace(model, parts=tuple(part for part in model.parts if not part.settles))
+
+
 def operating_point(
     model: Model[Any], wind: float | AnyWind, *, rotor_speed: float | None = None, pitch: float | None = None
 ) -> OperatingPoint:
@@ -139,10 +149,17 @@ def operating_point(
       rotor_speed: [rad/s]; by default the speed at which the torque balances under the turbine's torque law.
       pitch: [rad]; by default the smallest, or above rated the one that holds the reference speed.
 
+    Returns:
+      The operating point; of a turbine with a wake that settles at the start of runs that of the momentum balance, with a
+      warning.
+
     Raises:
       InputError: the wind cannot turn the rotor.
     """
-    point = kind_of(model).operating_point(model, wind, rotor_speed=rotor_speed, pitch=pitch)
+    balanced = without_wake(model)
+    point = kind_of(model).operating_point(balanced, wind, rotor_speed=rotor_speed, pitch=pitch)
+    if balanced is not model:
+        point = replace(point, warnings=(*point.warnings, BY_MOMENTUM))
     speed = point.wind.speed
     available = 0.5 * point["air_density"] * math.pi * model.turbine.rotor_radius**2 * speed**3
     power = point["rotor_aero_torque"] * point.rotor_speed

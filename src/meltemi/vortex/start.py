@@ -27,70 +27,37 @@ from meltemi.vortex.wake import (
     wake_step,
 )
 
-SHARE, CALM, NEAR = 0.5, 12.0, 0.05
+SHARE, CALM = 0.5, 12.0
 """Share of the change of the velocities in a sweep; sweeps after which it falls, as the roll-up of a wake is never at
-rest; relative change of loading and speed up to which the wake stays where it is for other azimuths."""
+rest."""
 
 
 @settle_induction.variant
 @kernel
 def _(m: VortexSystem) -> None:
-    """Settle the wake for the present motion; at another azimuth of nearly the same, scale it with the loading."""
-    state, azimuth = m.vortex_state, m.machine.azimuth
-    loading, speed = mean_circulation(m), m.machine.rotor_speed
-    same = abs(loading - state.built_loading) < NEAR * abs(state.built_loading)
-    same = same and abs(speed - state.built_speed) < NEAR * abs(speed)
-    if state.rows_1 > 0.0 and azimuth != state.azimuth and same:
-        scale(m, loading / state.loading)
-    else:
-        state.turn = 0.0 if not same else state.turn + 1.0
-        place_wake(m, SHARE * min(CALM / max(state.turn, 1.0), 1.0))
-        state.built_loading, state.built_speed = loading, speed
-    state.loading, state.azimuth = loading, azimuth
-    state.begin = state.time - state.step
-    m.induction_time.elapsed = state.step  # a row leaves the blades at once
-
-
-@kernel
-def mean_circulation(m: VortexSystem) -> float:
-    """[m^2/s] mean bound circulation of all elements."""
-    mean, line = 0.0, m.lifting_line
-    for b in range(line.blades):
-        for i in range(line.nodes):
-            mean += m.bound.circulation[b, i] / (line.blades * line.nodes)
-    return mean
-
-
-@kernel
-def scale(m: VortexSystem, factor: float) -> None:
-    """Multiply the velocities at the blades."""
-    for b in range(m.lifting_line.blades):
-        for i in range(m.lifting_line.nodes):
-            m.bound.before[b, i] = m.bound.after[b, i] = factor * m.bound.after[b, i]
-
-
-@kernel
-def place_wake(m: VortexSystem, share: float) -> None:
-    """Place all vortices; a share of the change of the velocities at the blades, and of every second by age, counts."""
-    state, A = m.vortex_state, m.bound_influence
+    """One sweep: place all vortices; a share of the changes at the blades, and of every second by age, counts."""
+    state, bound, A, line = m.vortex_state, m.bound, m.bound_influence, m.lifting_line
     step = state.step = wake_step(m)
+    share = SHARE * min(CALM / max(state.turn, 1.0), 1.0)
     if state.rows_1 < 1.0:
         guess(m.drift_1, m, step, 0.0)
         guess(m.drift_2, m, step * m.vortex.merge_2, step * m.vortex.panels_1)
     build(m, step)
-    count = store_present(m)
-    for r in range(whole(state.turn) % 2, whole(state.rows_1), 2):
+    count, odd = store_present(m), whole(state.turn) % 2
+    for r in range(odd, whole(state.rows_1), 2):
         refresh(m.wake_1, m.drift_1, m, 1, r, count, share)
-    for r in range(whole(state.turn) % 2, whole(state.rows_2), 2):
+    for r in range(odd, whole(state.rows_2), 2):
         refresh(m.wake_2, m.drift_2, m, 2, r, count, share)
     state.step = 0.0  # the blades are where they are
     at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, share)
-    for b in range(m.lifting_line.blades):
-        for i in range(m.lifting_line.nodes):
-            for j in range(m.lifting_line.nodes):
+    for b in range(line.blades):
+        for i in range(line.nodes):
+            bound.before[b, i] = bound.after[b, i]
+            for j in range(line.nodes):
                 A.before[b, i, j] = A.after[b, i, j]
-    scale(m, 1.0)
-    state.step = step
+    state.step, state.begin = step, state.time - step
+    state.turn += 1.0
+    m.induction_time.elapsed = step  # a row leaves the blades at once
 
 
 @kernel

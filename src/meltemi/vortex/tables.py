@@ -51,10 +51,6 @@ class VortexState(Table, title="vortex wake"):
     rows_2: float = number("-", "rows of the second zone")
     rows_3: float = number("-", "rows of the third zone")
     turn: float = number("-", "number of the last step of the wake")
-    loading: float = number("m^2/s", "mean bound circulation when the wake was settled last")
-    built_loading: float = number("m^2/s", "the same when its vortices were placed last")
-    built_speed: float = number("rad/s", "rotor speed then")
-    azimuth: float = number("rad", "azimuth when the wake was settled last")
     fault: float = number("-", "blade, from 1, of a vortex without a valid position; 0 if there is none")
     fault_age: float = number("s", "age of that vortex")
 
