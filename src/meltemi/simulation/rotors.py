@@ -150,7 +150,7 @@ def operating_point(
       pitch: [rad]; by default the smallest, or above rated the one that holds the reference speed.
 
     Returns:
-      The operating point; of a turbine with a wake that settles at the start of runs that of the momentum balance, with a
+      The operating point; with a wake that settles at the start of runs it is that of the momentum balance, with a
       warning.
 
     Raises:
