@@ -204,7 +204,7 @@ class DeckWater:
             raise InputError("WtrDpth: the depth of the water is needed, in the main file or in SeaState")
         v.unneeded("of PotMod 1", *POTENTIAL)
         v.unneeded("of a platform", "drift_cutoff", "axial")
-        v.unneeded("diameters are those of SubDyn", "sections")
+        v.note("equivalent", "sections", "geometry is that of SubDyn")
         if v.given("potential", 0):
             raise UnsupportedError(f"{file.path}: PotMod {v['potential']}: a pile has Morison's equation; set it to 0")
         joints = self.table("NJoints", columns.HYDRO_JOINTS, {"x": "Jointxi", "y": "Jointyi"})
