@@ -89,7 +89,7 @@ UNTOLD = {
     "StallConstants.b1": FREE,
     "StallConstants.b2": FREE,
     "AdvancedOptions.induction_tolerance": ANY,
-    **{f"VortexOptions.{name}": ANY for name in ("azimuth_step", "lattice", "free", "length", "shed")},
+    **{f"VortexOptions.{name}": ANY for name in ("free", "shed")},
     **{f"VortexOptions.{name}": SPREAD for name in ("blade_core", "wake_core", "eddy_viscosity")},
     "PowerGrid.voltage": "a dip",
 }
