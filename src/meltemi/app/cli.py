@@ -61,7 +61,9 @@ if TYPE_CHECKING:
     from meltemi.simulation.result import Result
     from meltemi.simulation.run import Run
 
-VORTICES = ("near", "hybrid", "free")
+MOVING = ("hybrid", "free")
+"""Wakes of vortices that move, which ``meltemi run`` draws and which have no steady operation."""
+VORTICES = ("near", *MOVING)
 """Vortex wakes, which ``meltemi run`` compares with momentum theory."""
 
 app = CommandGroup(
@@ -144,7 +146,7 @@ def run(
     settings = {} if transient is None else {"transient": f"{transient:g}"}
     settings |= {} if yaw is None else {"options.nacelle_yaw": f"{yaw:g} deg"}
     settings |= {} if options.wake is None else {"options.wake": options.wake}
-    settings |= {"view": "true"} if options.wake in ("hybrid", "free") else {}
+    settings |= {"view": "true"} if options.wake in MOVING else {}
     changed = written and bool(settings or options.given())
     if changed and path.resolve() == (out / "case.yaml").resolve():
         raise InputError(
@@ -432,7 +434,7 @@ def power_curve(
     """Compute steady operation over wind speed: table, plot, CSV."""
     from meltemi.controllers.specification import specification
 
-    if wake in ("hybrid", "free"):
+    if wake in MOVING:
         raise InputError(
             f"--wake {wake}: a vortex wake that moves develops in runs only; use near or momentum for power curves, or "
             f"meltemi run {turbine} --wake {wake}"

@@ -68,7 +68,11 @@ class AdvancedOptions(Record):
 
 
 class VortexOptions(Record):
-    """Discretisation of vortex wakes; the defaults hold steady power within 0.5 % of much finer ones."""
+    """Discretisation of vortex wakes.
+
+    Up to thrust coefficients of 0.75 finer ones change steady power by less than 1 %; above 0.8 the length of the free
+    part changes it by 2 to 3 %.
+    """
 
     azimuth_step: float = Field(default=0.1745, ge=0.01, le=0.53)
     """[rad; 0.08 to 0.18] azimuth between the rows of the wake."""

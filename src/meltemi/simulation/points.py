@@ -68,12 +68,9 @@ def _at_rest(start: Start) -> Start:
 def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
     """The operating point in which a run begins; concurrent threads wait for the first computation of the same one.
 
-    Of a turbine with a wake that settles at the start it is that of the momentum balance.
-
     Raises:
       InputError: as ``operating_point``.
     """
-    model = without_wake(model)
     return _once(model, wind, (), lambda: operating_point(model, steady_wind(wind, model.turbine.hub_height)))
 
 

@@ -17,6 +17,7 @@ from meltemi.vortex.tables import VortexSystem, WakeDrift, WakeZone
 from meltemi.vortex.wake import (
     around,
     at_blades,
+    begin_at_end,
     centre_of,
     mean_wind,
     merge,
@@ -36,7 +37,7 @@ rest."""
 @kernel
 def _(m: VortexSystem) -> None:
     """One sweep: place all vortices; a share of the changes at the blades, and of every second by age, counts."""
-    state, bound, A, line = m.vortex_state, m.bound, m.bound_influence, m.lifting_line
+    state = m.vortex_state
     step = state.step = wake_step(m)
     share = SHARE * min(CALM / max(state.turn, 1.0), 1.0)
     if state.rows_1 < 1.0:
@@ -50,11 +51,7 @@ def _(m: VortexSystem) -> None:
         refresh(m.wake_2, m.drift_2, m, 2, r, count, share)
     state.step = 0.0  # the blades are where they are
     at_blades(m, rotation(Vec(0.0, 0.0, 0.0)), step, share)
-    for b in range(line.blades):
-        for i in range(line.nodes):
-            bound.before[b, i] = bound.after[b, i]
-            for j in range(line.nodes):
-                A.before[b, i, j] = A.after[b, i, j]
+    begin_at_end(m)
     state.step, state.begin = step, state.time - step
     state.turn += 1.0
     m.induction_time.elapsed = step  # a row leaves the blades at once

@@ -67,11 +67,8 @@ def _(dt: float, m: VortexSystem) -> None:
     merge_rows(m)
     convect(m)
     renew_line(m)
-    each_2, each_3 = m.vortex.merge_2, m.vortex.merge_2 * m.vortex.merge_3
-    age_2 = state.rows_1 - 1.0
-    age_3 = age_2 + each_2 * (state.rows_2 - 1.0)
-    if not (lost(m.wake_1, m, state.rows_1, 0.0, 1.0) or lost(m.wake_2, m, state.rows_2, age_2, each_2)):
-        lost(m.wake_3, m, state.rows_3, age_3, each_3)
+    if not (lost(m.wake_1, m, 1) or lost(m.wake_2, m, 2)):
+        lost(m.wake_3, m, 3)
 
 
 @kernel
@@ -231,10 +228,27 @@ def bend(angle: float) -> float:
 
 
 @kernel
+def rows_of(m: VortexSystem, number: int) -> int:
+    """Rows of a zone, by its number from 1."""
+    state = m.vortex_state
+    counts = (state.rows_1, state.rows_2, state.rows_3)
+    return whole(counts[number - 1])
+
+
+@kernel
 def steps_of(m: VortexSystem, number: int) -> float:
     """Steps of the wake in a panel of a zone."""
     p = m.vortex
     return (p.merge_2 if number > 1 else 1.0) * (p.merge_3 if number > 2 else 1.0)
+
+
+@kernel
+def age_of(m: VortexSystem, number: int, r: float) -> float:
+    """Age of row r of a zone since the youngest row, in steps of the wake; r may be between rows."""
+    age = r * steps_of(m, number)
+    for before in range(1, number):  # the last row of a zone is the first one of the next
+        age += (rows_of(m, before) - 1) * steps_of(m, before)
+    return age
 
 
 @kernel
@@ -270,18 +284,15 @@ def store_zone(
     """Store the filaments of a zone from column ``j``, with cores of ``factor`` widths; the next column (VW-14).
 
     Args:
-      youngest, step: [s] age of its row 0; length of the steps of the wake.
+      youngest, step: [s] age of the youngest row of the wake; length of its steps.
     """
-    p, state = m.vortex, m.vortex_state
-    counts = (state.rows_1, state.rows_2, state.rows_3)
-    rows, each = whole(counts[number - 1]), steps_of(m, number)
-    shed = whole(p.shed) if number == 1 else 1
+    rows, shed = rows_of(m, number), whole(m.vortex.shed) if number == 1 else 1
     for b in range(zone.blades):
         for r in range(rows):
             wide, next_wide = wider(m, number, r, step), wider(m, number, r + 1, step)
             x = point_of(zone, m, b, r, 0, wide)
             for e in range(zone.edges):
-                core2 = core2_at(zone, m, b, r, e, factor, youngest + each * step * (r + 0.5))
+                core2 = core2_at(zone, m, b, r, e, factor, youngest + step * age_of(m, number, r + 0.5))
                 if r < rows - 1:
                     inner = zone.circulation[b, r, e - 1] if e > 0 else 0.0
                     G = inner - (zone.circulation[b, r, e] if e < zone.edges - 1 else 0.0)
@@ -298,12 +309,9 @@ def store_zone(
 @kernel
 def store_wake(s: Any, m: VortexSystem, factor: float, age: float, step: float) -> int:
     """Store the filaments of all zones; ``age`` [s] is that of the youngest row. Returns their number."""
-    p, state = m.vortex, m.vortex_state
     j = store_zone(s, 0, m.wake_1, m, 1, factor, age, step)
-    older = age + step * (whole(state.rows_1) - 1)
-    j = store_zone(s, j, m.wake_2, m, 2, factor, older, step)
-    older += step * p.merge_2 * (whole(state.rows_2) - 1)
-    return store_zone(s, j, m.wake_3, m, 3, factor, older, step)
+    j = store_zone(s, j, m.wake_2, m, 2, factor, age, step)
+    return store_zone(s, j, m.wake_3, m, 3, factor, age, step)
 
 
 @kernel
@@ -356,8 +364,8 @@ def convect(m: VortexSystem) -> None:
     """Move the vortices until the end of the step (VW-16 to VW-18)."""
     state = m.vortex_state
     count = store_present(m)
-    convect_zone(m.wake_1, m.drift_1, m, 1, whole(state.rows_1), count)
-    convect_zone(m.wake_2, m.drift_2, m, 2, whole(state.rows_2), count)
+    convect_zone(m.wake_1, m.drift_1, m, 1, count)
+    convect_zone(m.wake_2, m.drift_2, m, 2, count)
     # the rest moves with the tip vortices of the last revolution of the free part
     zone, rows, mean, wind = m.wake_2, whole(state.rows_2), Vec(0.0, 0.0, 0.0), mean_wind(m)
     first, half = max(rows - revolution(m), 0), zone.edges // 2
@@ -393,10 +401,10 @@ def store_present(m: VortexSystem) -> int:
 
 
 @kernel
-def convect_zone(zone: WakeZone, drift: WakeDrift, m: VortexSystem, number: int, rows: int, count: int) -> None:
+def convect_zone(zone: WakeZone, drift: WakeDrift, m: VortexSystem, number: int, count: int) -> None:
     """Velocities of the vortices of a zone, and their motion: of second order but for the row that has just begun."""
     state, wind, turn, free = m.vortex_state, mean_wind(m), whole(m.vortex_state.turn), m.vortex.free > 0.0
-    for r in range(rows):
+    for r in range(rows_of(m, number)):
         wide, new = wider(m, number, r, state.step), r == 0 and number == 1
         if not free and (turn + r) % REFRESHED == 0:
             refresh(zone, drift, m, number, r, count, 1.0)
@@ -451,14 +459,20 @@ def refresh(zone: WakeZone, drift: WakeDrift, m: VortexSystem, number: int, r: i
 @kernel
 def renew_line(m: VortexSystem) -> None:
     """Velocities and influence at the blades at the end of the step, where the wake is already (VW-8)."""
+    begin_at_end(m)
+    step = m.vortex_state.step
+    at_blades(m, rotation(step * m.machine.rotor_spin), step, 1.0)
+
+
+@kernel
+def begin_at_end(m: VortexSystem) -> None:
+    """Let velocities and influence at the begin of a step be those at the end of the one before."""
     bound, A, n = m.bound, m.bound_influence, m.lifting_line.nodes
     for b in range(m.lifting_line.blades):
         for i in range(n):
             bound.before[b, i] = bound.after[b, i]
             for j in range(n):
                 A.before[b, i, j] = A.after[b, i, j]
-    step = m.vortex_state.step
-    at_blades(m, rotation(step * m.machine.rotor_spin), step, 1.0)
 
 
 @kernel
@@ -503,17 +517,13 @@ def at_blades(m: VortexSystem, turn: Rot, step: float, share: float) -> None:
 
 
 @kernel
-def lost(zone: WakeZone, m: VortexSystem, rows: float, youngest: float, each: float) -> bool:
-    """Note the first vortex of a zone without a valid position; whether there is one.
-
-    Args:
-      youngest, each: steps of the wake since row 0 of the zone left the blade; steps between rows.
-    """
+def lost(zone: WakeZone, m: VortexSystem, number: int) -> bool:
+    """Note the first vortex of a zone without a valid position; whether there is one."""
     for b in range(zone.blades):
-        for r in range(whole(rows)):
+        for r in range(rows_of(m, number)):
             for e in range(zone.edges):
                 if not (norm(zone.position[b, r, e] - m.machine.hub_position) < FAR):
                     m.vortex_state.fault = b + 1.0
-                    m.vortex_state.fault_age = (youngest + each * r) * m.vortex_state.step
+                    m.vortex_state.fault_age = age_of(m, number, 1.0 * r) * m.vortex_state.step
                     return True
     return False
