@@ -38,7 +38,9 @@ def stepped_modes(model: Model, h: float) -> tuple[Any, Any]:
 
 @pytest.mark.parametrize("options", OPTIONS, ids=str)
 def test_numerical_damping_is_small_against_that_of_every_mode(options: dict[str, Any]) -> None:
-    model = meltemi.build(meltemi.load_turbine("nrel5mw"), ModelOptions(**options), Environment(gravity=0.0))
+    model = meltemi.build(
+        meltemi.load_turbine("nrel5mw"), ModelOptions(integration="explicit", **options), Environment(gravity=0.0)
+    )
     h = time_step(model)
     modes = [mode for mode in natural_modes(model) if mode.damping < 0.5]
     frequency, damping = stepped_modes(model, h)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -9,8 +10,9 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import ModelOptions, Turbine, simulate
-from meltemi.simulation.vibrations import STEP_LIMIT, highest_frequency, time_step
+from meltemi import InputError, ModelOptions, Turbine, simulate
+from meltemi.simulation.plan import step_of
+from meltemi.simulation.vibrations import IMPLICIT_LIMIT, STEP_LIMIT, highest_frequency, time_step
 
 STEPS = (0.01, 0.005, 0.0025, 0.00125)
 
@@ -51,11 +53,29 @@ def test_time_integration_is_of_second_order(turbine: Turbine, options: dict[str
 
 
 def test_default_step_resolves_the_highest_mode(turbine: Turbine) -> None:
-    for options in (ModelOptions(), ModelOptions(torsion_modes=0), ModelOptions(flap_modes=3, edge_modes=2)):
-        model = meltemi.build(turbine, options)
-        dt = time_step(model)
-        assert highest_frequency(model) * dt <= STEP_LIMIT
-        assert abs(0.05 / dt - round(0.05 / dt)) < 1e-9
+    for integration, limit in (("explicit", STEP_LIMIT), ("implicit", IMPLICIT_LIMIT)):
+        for options in ({}, {"torsion_modes": 0}, {"flap_modes": 3, "edge_modes": 2}):
+            model = meltemi.build(turbine, ModelOptions(integration=integration, **options))
+            dt = time_step(model)
+            assert highest_frequency(model) * dt <= limit
+            assert abs(0.05 / dt - round(0.05 / dt)) < 1e-9
+
+
+def test_default_step_divides_the_intervals_of_a_run(turbine: Turbine) -> None:
+    model = meltemi.build(turbine)
+    run = partial(meltemi.Run, model, meltemi.SteadyWind(speed=10.0), duration=1.0)
+    sampled = meltemi.control.BaselineController
+    for given, dt in (
+        ({}, 1 / 60),
+        ({"output_step": 0.1}, 1 / 60),
+        ({"output_step": 0.02}, 0.01),
+        ({"controller": sampled(turbine, sample_time=0.0125)}, 0.0125),
+        ({"controller": sampled(turbine, sample_time=0.02)}, 0.01),
+        ({"controller": sampled(turbine, sample_time=0.0513)}, 1 / 60),  # no step of useful length divides both
+    ):
+        assert step_of(run(**given), model) == pytest.approx(dt, rel=1e-12), given
+    with pytest.raises(InputError, match="sample_time 0.0513 s is not a multiple of the time step"):
+        meltemi.Simulation(run(controller=sampled(turbine, sample_time=0.0513)))
 
 
 @pytest.mark.slow

@@ -113,9 +113,9 @@ def test_a_wind_that_does_not_turn_the_rotor_is_explained(model: Model) -> None:
 
 
 def test_a_time_step_of_nearly_nothing_is_refused(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert rotors.default_step(model) == 0.01
+    assert rotors.default_step(model) == pytest.approx(1 / 60)
     monkeypatch.setattr(rotors, "SHORTEST_STEP", 0.02)
-    with pytest.raises(InputError, match=r"nrel5mw: its time step would be 0.01 s, 1e\+02 steps .* coordinate '.*' is"):
+    with pytest.raises(InputError, match=r"nrel5mw: its time step would be 0.017 s, 60 steps .* coordinate '.*' is"):
         rotors.default_step(model)
 
 

@@ -32,10 +32,10 @@ from meltemi.simulation import step
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint, steady_wind
-from meltemi.simulation.plan import multiple
+from meltemi.simulation.plan import multiple, step_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
-from meltemi.simulation.rotors import build, default_step
+from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation
 from meltemi.simulation.start import Start
@@ -517,7 +517,7 @@ class FarmMarch:
 
 def _exchange_step(runs: Sequence[Run], settings: WakeSettings, speed: float) -> tuple[float, list[int]]:
     """Time [s] between exchanges, and the number of time steps of each turbine in that time."""
-    steps = [default_step(run.model) for run in runs]  # type: ignore[arg-type]
+    steps = [step_of(run, run.model) for run in runs]  # type: ignore[arg-type]
     given = settings.step
     if given is None:
         diameter = min(run.model.turbine.rotor_diameter for run in runs)  # type: ignore[union-attr]

@@ -33,10 +33,10 @@ from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
-from meltemi.simulation.plan import first_point
+from meltemi.simulation.plan import first_point, step_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
-from meltemi.simulation.rotors import build, default_step, kind_of
+from meltemi.simulation.rotors import build, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
 from meltemi.turbine.exchange import Drive, PitchMotion
@@ -221,8 +221,9 @@ def finite_difference_runs(run: Run, parameter: str, *, step: float | None = Non
     run, model, controller, start = settled(run)
     (way,) = directions(model, [parameter], controller, start, {} if step is None else {parameter: step})
     size = way.step * (DIFFERENCE_STEP if step is None else 1.0)
-    options = model.options.replace(time_step=default_step(model))
-    weights = kind_of(model).step_weights(model, default_step(model))  # constants of the time step, as with derivatives
+    dt = step_of(run, model)
+    options = model.options.replace(time_step=dt)
+    weights = kind_of(model).step_weights(model, dt)  # constants of the time step, as with derivatives
     present, runs = tables(model), []
     for change in (-size, size):
         moved = {name: present[name] + change * array for name, array in way.arrays.items()}

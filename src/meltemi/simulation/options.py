@@ -199,7 +199,7 @@ class ModelOptions(Record):
     of the undeflected rotor."""
     time_step: float | None = Field(default=None, gt=0.0, le=1.0)
     """[s] time step; by default from the highest natural frequency of the model."""
-    integration: Literal["explicit", "implicit"] = "explicit"
+    integration: Literal["implicit", "explicit"] = "implicit"
     """Stiffness and structural damping in the time integration: explicit except for modes that are stiff, such as the
     shaft of a direct drive; or implicit for all coordinates, exact for their free vibrations, with longer steps."""
 

@@ -6,6 +6,7 @@ import fnmatch
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -38,6 +39,8 @@ MOST_STEPS, STEPS_A_SECOND = 200_000_000, 20_000
 """Largest number of time steps of a run, and steps that a usual machine computes in a second."""
 MOST_OUTPUT = 16_000_000_000
 """[bytes] largest size of the samples of a run."""
+SHORTEST_SHARE = 0.1
+"""Of the default time step, to divide the intervals of a run."""
 SCENE = "meltemi.scene.motion"
 """Module whose ``Recorder`` records what the view of a run needs."""
 
@@ -91,7 +94,7 @@ def planned(run: Run) -> RunPlan:
         raise InputError(f"duration must be a positive number of seconds, found {duration!r}")
     if not 0.0 <= transient < duration:
         raise InputError(f"transient must be from 0 s to less than the duration, found {transient!r}")
-    dt = default_step(model)
+    dt = step_of(run, model)
     if duration < (1.0 - 1e-9) * dt:
         raise InputError(f"duration {duration:g} s is less than the time step of {dt:g} s")
     n_steps = round(duration / dt) + 1
@@ -197,6 +200,21 @@ def first_point(model: Model[Any], wind: Wind, start: OperatingPoint | Start) ->
     speed = float(start.rotor_speed) * turbine.drivetrain.gear_ratio
     now, before = (mean(wind, turbine.hub_height) for mean in (mean_speed, mean_before))
     return StartPoint(now, speed, start.pitch, start.generator_torque, before)
+
+
+def step_of(run: Run, model: Model[Any]) -> float:
+    """Time step [s] of a run: that of the options, or the longest up to the default that divides the intervals between
+    outputs and between calls of the controller."""
+    longest, sampled = default_step(model), getattr(run.controller, "sample_time", None)
+    periods = [
+        Fraction(each).limit_denominator(10**6) for each in (run.output_step, sampled or 0.0) if 0.0 < each < 1e9
+    ]
+    if model.options.time_step is not None or not periods:
+        return longest
+    denominator = math.lcm(*(each.denominator for each in periods))
+    common = math.gcd(*(int(each * denominator) for each in periods)) / denominator
+    dt = common / math.ceil(common / longest - 1e-9) if common > 0.0 else 0.0
+    return dt if dt > SHORTEST_SHARE * longest else longest
 
 
 def multiple(value: float, dt: float, name: str) -> int:

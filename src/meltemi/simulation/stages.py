@@ -104,8 +104,6 @@ def started(
     begin(case)
     clock, settings = case.clock, case.settings
     clock.every_output, clock.every_control, settings.time_step = plan.every_output, around.every_control, plan.dt
-    # an instant stands for half a step before and after it: what is held between calls and jumps there would lead
-    settings.held_share = 0.0 if around.controller.sample_time is None else 0.5
     moving = (
         case.signals.vector,
         case.aero_state.vector,

@@ -67,6 +67,9 @@ Observe = Callable[[float, Control, AnySystem, Outputs, bool], None]
 
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND, UNKNOWN_ROTOR = 0, 1, 2, 3, 6
 """Values of the run's status, as in ``core.errors.Status``."""
+HELD_SHARE = 0.5
+"""Share of torque, pitch and flap angles before a jump in those at its instant, which stands for half a step before and
+half a step after it; nothing is before the start."""
 ABSURD = 1e6
 """Bound of coordinates (m, rad) and velocities, beyond which they have diverged; 1e6 rad are a day at rated speed."""
 
@@ -526,9 +529,8 @@ def advance(  # noqa: PLR0913 - the whole run
             if clock.status != OK:
                 return
         actuate(0.0, c, m)
-        between(c.settings.held_share, c)
+        between(HELD_SHARE if clock.step > 0 else 0.0, c)
         physics(t, dt, evaluate, run, m)
-        complete(c)
         if diverged(m):
             clock.status = DIVERGED
             return
@@ -546,6 +548,7 @@ def advance(  # noqa: PLR0913 - the whole run
             for j in range(run.places.shape[0]):
                 run.output[clock.row, j] = run.signals[run.places[j]]
             clock.row += 1
+        complete(c)
         predict(dt, run, m)
         actuate(dt, c, m)
         begin_step(dt, m)
