@@ -30,6 +30,8 @@ STIFF, BAND = 2.0, 20.0
 for the shaft the latter is enough."""
 LARGEST_ANGLE = 2.5
 """[rad] largest phase of a vibration over an implicit step; faster ones keep it."""
+SHAFT_ANGLE = 2.6
+"""[rad] largest phase of a stiff shaft over a default step."""
 MOST_DAMPING = 0.5
 """Largest damping ratio to which the implicit step is fitted."""
 OUTPUT_STEP = 0.05
@@ -182,11 +184,11 @@ def fitted_step(x: float, damping: float) -> tuple[float, float]:
 def time_step(model: BladedModel) -> float:
     """Default time step [s]: the largest fraction of 0.05 s that resolves the highest frequency that is not stiff.
 
-    A stiff shaft turns by at most LARGEST_ANGLE: jumps of the torque make it vibrate.
+    A stiff shaft, which jumps of the torque set vibrating, has at most SHAFT_ANGLE.
     """
     residual = any("residual" in name for name in model.coordinates)
     explicit = STEP_LIMIT, RESIDUAL_PARTS if residual else 2
     limit, fewest = explicit if model.options.integration == "explicit" else (IMPLICIT_LIMIT, IMPLICIT_PARTS)
     shaft = single_vibrations(model)[0][model.rows.torsion] * (model.locked[model.rows.torsion] == 0.0)
-    rate = max(_fastest(model, ~stiff(model))[0] / limit, float(np.max(shaft, initial=0.0)) / LARGEST_ANGLE)
+    rate = max(_fastest(model, ~stiff(model))[0] / limit, float(np.max(shaft, initial=0.0)) / SHAFT_ANGLE)
     return OUTPUT_STEP / max(fewest, int(np.ceil(OUTPUT_STEP * rate)))
