@@ -198,10 +198,11 @@ class ModelOptions(Record):
     """[m] distance of a blade's axis from the tower's surface below which a run has a warning; by default 30 % of that
     of the undeflected rotor."""
     time_step: float | None = Field(default=None, gt=0.0, le=1.0)
-    """[s] time step; by default from the highest natural frequency of the model."""
+    """[s] time step; by default from the highest natural frequency of the model, and such that it divides the intervals
+    of outputs and of the controller."""
     integration: Literal["implicit", "explicit"] = "implicit"
-    """Stiffness and structural damping in the time integration: explicit except for modes that are stiff, such as the
-    shaft of a direct drive; or implicit for all coordinates, exact for their free vibrations, with longer steps."""
+    """Stiffness and structural damping in the time integration: implicit for all coordinates, exact for their free
+    vibrations; or explicit, with shorter steps, except for modes that are stiff, such as the shaft of a direct drive."""
 
     advanced: AdvancedOptions = AdvancedOptions()
     """Conventions of other codes and accuracy of the method, for comparisons and studies of convergence."""
