@@ -14,16 +14,18 @@ Reference: docs/theory/wind.md (W-10 to W-12).
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from meltemi.compiler import kernel
 from meltemi.turbulence.grid import WindGrid
 from meltemi.turbulence.random import noise
 
 Float = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complex64]
 
 TOLERANCE = 1e-4
 """Negligible coherence: of a point with its images, and of neighbours where they become independent."""
@@ -33,6 +35,7 @@ CHUNK_POINTS = 400_000
 """Number of points of the tori that are processed together."""
 
 
+@cache
 def even_fast(n: int, *, real: bool = False) -> int:
     """The next even number from ``n`` on whose FFT is fast."""
     while True:
@@ -42,9 +45,9 @@ def even_fast(n: int, *, real: bool = False) -> int:
         n += 1
 
 
-def torus_size(points: int, step: float, reach: float) -> int:
-    """Even number of points of a torus side: those of the grid, and a distance [m] to its image."""
-    return even_fast(points - 1 + int(np.ceil(reach / step)))
+def torus_sides(points: int, step: float, kappa: Float) -> list[int]:
+    """Even numbers of points of a side of the tori: those of the grid, and the distance REACH / kappa to its image."""
+    return [even_fast(n) for n in (points - 1 + np.ceil(REACH / kappa / step).astype(np.int64)).tolist()]
 
 
 def eigenvalues(kappa: Float, size: tuple[int, int], dz: float, dy: float) -> Float:
@@ -52,14 +55,16 @@ def eigenvalues(kappa: Float, size: tuple[int, int], dz: float, dy: float) -> Fl
 
     They are even in both wave numbers, so a quarter of them is sufficient; their mean over the whole torus is 1.
     """
-    z, y = (d * np.arange(n // 2 + 1) for n, d in zip(size, (dz, dy), strict=True))
-    covariance: Float = np.zeros((len(kappa), len(z), len(y)))
-    for image_z in (z, size[0] * dz - z):
-        for image_y in (y, size[1] * dy - y):
-            covariance += np.exp(-kappa[:, None, None] * np.hypot(image_z[:, None], image_y))
+    z, y = (d * np.arange(n + 1) for n, d in zip(size, (dz, dy), strict=True))
+    alone = -kappa[:, None, None] * np.sqrt(z[:, None] ** 2 + y**2)
+    np.exp(alone, out=alone)
+    # with the images: a distance across the torus is also its size less that distance
+    half_z, half_y = (n // 2 for n in size)
+    with_images = alone[:, : half_z + 1] + alone[:, : half_z - 1 : -1]
+    covariance = with_images[..., : half_y + 1] + with_images[..., : half_y - 1 : -1]
     covariance /= covariance[:, :1, :1]
     # farther images are left out, which can make the smallest eigenvalues negative by less than the tolerance squared
-    return np.maximum(fft.dctn(covariance, type=1, axes=(1, 2)), 0.0)
+    return np.maximum(fft.dctn(covariance, type=1, axes=(1, 2), overwrite_x=True), 0.0)
 
 
 def groups(sizes: list[tuple[int, int]]) -> Iterator[tuple[slice, tuple[int, int]]]:
@@ -75,14 +80,18 @@ def groups(sizes: list[tuple[int, int]]) -> Iterator[tuple[slice, tuple[int, int
         begin = end
 
 
-def torus_noise(seed: int, bins: range, stream: int, size: tuple[int, int]) -> Complex:
-    """Complex normal numbers (B, Z, Y) of unit variance for the modes of a torus."""
-    count = size[0] * size[1]  # even
-    out = np.empty((len(bins), *size), np.complex128)
-    bits = np.empty((4, count // 2), np.uint64)
-    for i, m in enumerate(bins):
-        noise(seed, m, stream, bits, out[i].reshape(-1))
-    return out
+@kernel
+def put_noise(modes: NDArray[np.complex64], weight: Float, seed: int, first: int, stream: int) -> None:
+    """Fill the modes (B, Z, Y) of tori with normal numbers times the weights (B, Z/2 + 1, Y/2 + 1) of a quarter."""
+    count_z, count_y = modes.shape[1], modes.shape[2]
+    bits = np.empty((4, count_z * count_y // 2), np.uint64)
+    numbers = np.empty(count_z * count_y, np.complex128)
+    for i in range(modes.shape[0]):
+        noise(seed, first + i, stream, bits, numbers)
+        for z in range(count_z):
+            for y in range(count_y):
+                w = weight[i, min(z, count_z - z), min(y, count_y - y)]
+                modes[i, z, y] = w * numbers[z * count_y + y]
 
 
 def cut_out(modes: Complex, grid: WindGrid) -> Complex:
@@ -102,12 +111,12 @@ def coherent_fields(kappa: Float, grid: WindGrid, addresses: list[tuple[int, int
     Yields:
       Slice of frequencies, and fields (C, b, Z, Y).
     """
-    sizes = [
-        (torus_size(grid.points_z, grid.dz, REACH / k), torus_size(grid.points_y, grid.dy, REACH / k)) for k in kappa
-    ]
-    for some, size in groups(sizes):
-        quarter = np.sqrt(eigenvalues(kappa[some], size, grid.dz, grid.dy) / (size[0] * size[1]))
-        row, column = (np.minimum(np.arange(n), n - np.arange(n)) for n in size)
-        weight = quarter[:, row[:, None], column]
-        bins = range(some.start, some.stop)
-        yield some, np.stack([cut_out(weight * torus_noise(seed, bins, s, size), grid) for seed, s in addresses])
+    sides = torus_sides(grid.points_z, grid.dz, kappa), torus_sides(grid.points_y, grid.dy, kappa)
+    for some, size in groups(list(zip(*sides, strict=True))):
+        weight = np.sqrt(eigenvalues(kappa[some], size, grid.dz, grid.dy) / (size[0] * size[1]))
+        fields = []
+        for seed, stream in addresses:
+            modes = np.empty((len(weight), *size), np.complex64)
+            put_noise(modes, weight, seed, some.start, stream)
+            fields.append(cut_out(modes, grid))
+        yield some, np.stack(fields)

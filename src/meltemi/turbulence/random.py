@@ -66,20 +66,14 @@ B52, B63, B32, B30, B1 = np.uint64(52), np.uint64(63), np.uint64(32), np.uint64(
 def random_bits(bits: Bits, seed: int, address_1: int, address_2: int) -> None:
     """Fill ``bits`` (4, n) with 32-bit numbers: column j holds those of address (j, address_1, address_2, 0)."""
     key_0, key_1 = uint64(seed) & LOW_32, uint64(seed) >> B32
-    n = bits.shape[1]
-    for j in range(n):
-        bits[0, j] = uint64(j)
-        bits[1, j] = uint64(address_1)
-        bits[2, j] = uint64(address_2)
-        bits[3, j] = uint64(0)
-    for _ in range(ROUNDS):
-        for j in range(n):
-            p, q = MULTIPLIER_0 * (bits[0, j] & LOW_32), MULTIPLIER_1 * (bits[2, j] & LOW_32)
-            bits[0, j] = (q >> B32) ^ bits[1, j] ^ key_0
-            bits[1, j] = q & LOW_32
-            bits[2, j] = (p >> B32) ^ bits[3, j] ^ key_1
-            bits[3, j] = p & LOW_32
-        key_0, key_1 = (key_0 + STEP_0) & LOW_32, (key_1 + STEP_1) & LOW_32
+    for j in range(bits.shape[1]):  # all rounds of a block in registers, eight blocks at once
+        a, b, c, d = uint64(j), uint64(address_1), uint64(address_2), uint64(0)
+        k, l = key_0, key_1
+        for _ in range(ROUNDS):
+            p, q = MULTIPLIER_0 * (a & LOW_32), MULTIPLIER_1 * (c & LOW_32)
+            a, b, c, d = (q >> B32) ^ b ^ k, q & LOW_32, (p >> B32) ^ d ^ l, p & LOW_32
+            k, l = (k + STEP_0) & LOW_32, (l + STEP_1) & LOW_32
+        bits[0, j], bits[1, j], bits[2, j], bits[3, j] = a, b, c, d
 
 
 @kernel
