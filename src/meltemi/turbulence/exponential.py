@@ -14,7 +14,7 @@ Reference: docs/theory/wind.md (W-10 to W-12).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,8 +80,26 @@ def groups(sizes: list[tuple[int, int]]) -> Iterator[tuple[slice, tuple[int, int
         begin = end
 
 
+@lru_cache(maxsize=4)
+def weights(
+    kappa: bytes, points: tuple[int, int], steps: tuple[float, float]
+) -> list[tuple[slice, NDArray[np.float32]]]:
+    """Standard deviations (b, Z/2 + 1, Y/2 + 1) of the modes at successive frequencies; fields of all seeds share them.
+
+    Args:
+      kappa: (B,) [1/m] increasing, its bytes.
+      points, steps: points of the grid and their spacing [m], vertical and lateral.
+    """
+    each = np.frombuffer(kappa)
+    sides = [torus_sides(n, step, each) for n, step in zip(points, steps, strict=True)]
+    return [
+        (some, np.sqrt(eigenvalues(each[some], size, *steps) / (size[0] * size[1])).astype(np.float32))
+        for some, size in groups(list(zip(*sides, strict=True)))
+    ]
+
+
 @kernel
-def put_noise(modes: NDArray[np.complex64], weight: Float, seed: int, first: int, stream: int) -> None:
+def put_noise(modes: NDArray[np.complex64], weight: NDArray[np.float32], seed: int, first: int, stream: int) -> None:
     """Fill the modes (B, Z, Y) of tori with normal numbers times the weights (B, Z/2 + 1, Y/2 + 1) of a quarter."""
     count_z, count_y = modes.shape[1], modes.shape[2]
     bits = np.empty((4, count_z * count_y // 2), np.uint64)
@@ -111,12 +129,11 @@ def coherent_fields(kappa: Float, grid: WindGrid, addresses: list[tuple[int, int
     Yields:
       Slice of frequencies, and fields (C, b, Z, Y).
     """
-    sides = torus_sides(grid.points_z, grid.dz, kappa), torus_sides(grid.points_y, grid.dy, kappa)
-    for some, size in groups(list(zip(*sides, strict=True))):
-        weight = np.sqrt(eigenvalues(kappa[some], size, grid.dz, grid.dy) / (size[0] * size[1]))
+    for some, weight in weights(kappa.tobytes(), (grid.points_z, grid.points_y), (grid.dz, grid.dy)):
+        height, width = (2 * (n - 1) for n in weight.shape[1:])
         fields = []
         for seed, stream in addresses:
-            modes = np.empty((len(weight), *size), np.complex64)
+            modes = np.empty((len(weight), height, width), np.complex64)
             put_noise(modes, weight, seed, some.start, stream)
             fields.append(cut_out(modes, grid))
         yield some, np.stack(fields)
