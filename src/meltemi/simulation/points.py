@@ -56,7 +56,9 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
 
             return _once(model, wind, ("rigid",), lambda steady: rigid_point(model, steady)), words
         speed, most = model.turbine.rated_rotor_speed, model.turbine.control.pitch.maximum
-        point = _once(model, wind, ("held",), lambda steady: operating_point(model, steady, rotor_speed=speed, pitch=most))
+        point = _once(
+            model, wind, ("held",), lambda steady: operating_point(model, steady, rotor_speed=speed, pitch=most)
+        )
         return point, (f"the run begins out of balance, at its reference speed and largest pitch: {error}",)
 
 

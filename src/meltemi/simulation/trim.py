@@ -190,9 +190,7 @@ def _balance_speed(
     return balanced_speed, pitch, False
 
 
-def root(
-    f: Callable[[float], float], low: float, high: float, step: float, tolerance: float = TOLERANCE
-) -> float:
+def root(f: Callable[[float], float], low: float, high: float, step: float, tolerance: float = TOLERANCE) -> float:
     """Root of a falling function: widen from ``low`` until the sign changes, then false position (Illinois).
 
     Args:

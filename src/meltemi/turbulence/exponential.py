@@ -45,9 +45,9 @@ def even_fast(n: int, *, real: bool = False) -> int:
         n += 1
 
 
-def torus_sides(points: int, step: float, kappa: Float) -> list[int]:
-    """Even numbers of points of a side of the tori: those of the grid, and the distance REACH / kappa to its image."""
-    return [even_fast(n) for n in (points - 1 + np.ceil(REACH / kappa / step).astype(np.int64)).tolist()]
+def torus_size(points: int, step: float, reach: float) -> int:
+    """Even number of points of a torus side: those of the grid, and a distance [m] to its image."""
+    return even_fast(points - 1 + int(np.ceil(reach / step)))
 
 
 def eigenvalues(kappa: Float, size: tuple[int, int], dz: float, dy: float) -> Float:
@@ -91,7 +91,7 @@ def weights(
       points, steps: points of the grid and their spacing [m], vertical and lateral.
     """
     each = np.frombuffer(kappa)
-    sides = [torus_sides(n, step, each) for n, step in zip(points, steps, strict=True)]
+    sides = ([torus_size(n, step, REACH / k) for k in each] for n, step in zip(points, steps, strict=True))
     return [
         (some, np.sqrt(eigenvalues(each[some], size, *steps) / (size[0] * size[1])).astype(np.float32))
         for some, size in groups(list(zip(*sides, strict=True)))

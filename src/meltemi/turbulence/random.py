@@ -68,11 +68,11 @@ def random_bits(bits: Bits, seed: int, address_1: int, address_2: int) -> None:
     key_0, key_1 = uint64(seed) & LOW_32, uint64(seed) >> B32
     for j in range(bits.shape[1]):  # all rounds of a block in registers, eight blocks at once
         a, b, c, d = uint64(j), uint64(address_1), uint64(address_2), uint64(0)
-        k, l = key_0, key_1
+        k_0, k_1 = key_0, key_1
         for _ in range(ROUNDS):
             p, q = MULTIPLIER_0 * (a & LOW_32), MULTIPLIER_1 * (c & LOW_32)
-            a, b, c, d = (q >> B32) ^ b ^ k, q & LOW_32, (p >> B32) ^ d ^ l, p & LOW_32
-            k, l = (k + STEP_0) & LOW_32, (l + STEP_1) & LOW_32
+            a, b, c, d = (q >> B32) ^ b ^ k_0, q & LOW_32, (p >> B32) ^ d ^ k_1, p & LOW_32
+            k_0, k_1 = (k_0 + STEP_0) & LOW_32, (k_1 + STEP_1) & LOW_32
         bits[0, j], bits[1, j], bits[2, j], bits[3, j] = a, b, c, d
 
 

@@ -10,7 +10,7 @@ Reference: docs/theory/wind.md (W-7, W-12, W-20).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +24,7 @@ from meltemi.turbulence.grid import WindGrid
 from meltemi.turbulence.random import noise
 
 Float = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complexfloating[Any]]
 
 POINT_STREAM = 0
 """Stream of the random numbers of points, plus the component; their other address is the point."""
@@ -79,7 +79,7 @@ def factors(rest: Float) -> CovarianceFactors:
 
 
 @kernel
-def add_noise(spectrum: NDArray[np.complexfloating[Any]], factor: Float, seed: int, first: int, stream: int) -> None:
+def add_noise(spectrum: Complex, factor: Float, seed: int, first: int, stream: int) -> None:
     """Add independent normal numbers times ``factor`` (B,) to the spectra (P, B + 2) of points ``first`` and on.
 
     Entry 0 of a spectrum is its mean, the last one the Nyquist frequency; both are not changed.
@@ -103,7 +103,7 @@ def synthesise(
     *,
     mean: Float,
     sigmas: tuple[float | None, float | None, float | None],
-    measured: dict[int, Complex],
+    measured: Mapping[int, Complex],
     progress: Callable[[float], None],
 ) -> NDArray[np.float32]:
     """Synthesise the field in time.
@@ -157,7 +157,7 @@ def synthesise(
             elif component == 2:  # its remainder is correlated with that of u, which is known now
                 out[hub - first, 1:-1] += scale * independent.wu * independent.uu * pull[0]
 
-    # single precision, as the field has it; components innermost, so that the transform ends with the order of the field
+    # in single precision, as the field is; with components innermost the transform ends in the order of the field
     spectra = np.empty((3, POINTS_AT_ONCE, bins + 2), np.complex64)
     scales = np.ones(3)
     for component, sigma in enumerate(sigmas):
@@ -182,7 +182,7 @@ def _condition(
     some: slice,
     fields: Complex,
     rest: CovarianceFactors,
-    measured: dict[int, Complex],
+    measured: Mapping[int, Complex],
     grid: WindGrid,
     seed: int,
     hub: int,
