@@ -102,8 +102,8 @@ def weights(
 def put_noise(modes: NDArray[np.complex64], weight: NDArray[np.float32], seed: int, first: int, stream: int) -> None:
     """Fill the modes (B, Z, Y) of tori with normal numbers times the weights (B, Z/2 + 1, Y/2 + 1) of a quarter."""
     count_z, count_y = modes.shape[1], modes.shape[2]
-    bits = np.empty((4, count_z * count_y // 2), np.uint64)
-    numbers = np.empty(count_z * count_y, np.complex128)
+    bits = np.empty((4, count_z * count_y // 2), np.uint32)
+    numbers = np.empty(count_z * count_y, np.complex64)
     for i in range(modes.shape[0]):
         noise(seed, first + i, stream, bits, numbers)
         for z in range(count_z):

@@ -79,15 +79,15 @@ def factors(rest: Float) -> CovarianceFactors:
 
 
 @kernel
-def add_noise(spectrum: Complex, factor: Float, seed: int, first: int, stream: int) -> None:
+def add_noise(spectrum: Complex, factor: NDArray[np.floating[Any]], seed: int, first: int, stream: int) -> None:
     """Add independent normal numbers times ``factor`` (B,) to the spectra (P, B + 2) of points ``first`` and on.
 
     Entry 0 of a spectrum is its mean, the last one the Nyquist frequency; both are not changed.
     """
     count = len(factor)
     half = (count + 1) // 2
-    bits = np.empty((4, half), np.uint64)
-    numbers = np.empty(2 * half, np.complex128)
+    bits = np.empty((4, half), np.uint32)
+    numbers = np.empty(2 * half, np.complex64)
     for p in range(len(spectrum)):
         noise(seed, first + p, stream, bits, numbers)
         for m in range(count):
@@ -150,7 +150,7 @@ def synthesise(
             np.multiply(own, np.float32(scale), out=out[:, 1 : spectrum.count + 1])
         for stream, factor in independent.of(component):
             if factor.any():
-                add_noise(out, scale * factor, seed, first, POINT_STREAM + stream)
+                add_noise(out, (scale * factor).astype(np.float32), seed, first, POINT_STREAM + stream)
         if first <= hub < last:
             if component in measured:
                 out[hub - first] = measured[component]
