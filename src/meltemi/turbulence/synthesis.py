@@ -125,14 +125,14 @@ def synthesise(
     hub = grid.hub[0] * grid.points_y + grid.hub[1]
     points = grid.points_z * grid.points_y
     covered = np.zeros_like(spectrum.variances)
-    coherent = np.empty((len(spectrum.components), points, spectrum.count), np.complex64)
+    coherent = np.empty((len(spectrum.components), spectrum.count, points), np.complex64)
     pull = np.zeros((3, bins), np.complex128)
     for some, fields, parts in spectrum.coherent:
         covered[:, some] = parts
         if measured:
             rest = factors(spectrum.variances[:, some] - parts)
             pull[:, some] = _condition(spectrum, some, fields, rest, measured, grid, seed, hub)
-        coherent[:, :, some] = fields.reshape(*fields.shape[:2], points).transpose(0, 2, 1)
+        coherent[:, some] = fields.reshape(*fields.shape[:2], points)
         progress(0.5 * some.stop / bins)
     independent = factors(spectrum.variances - covered)
     if 0 in measured:  # beyond the coherent frequencies
@@ -146,8 +146,8 @@ def synthesise(
         last = first + len(out)
         out[...] = 0.0
         if component in spectrum.components:
-            own = coherent[spectrum.components.index(component), first:last]
-            np.multiply(own, np.float32(scale), out=out[:, 1 : spectrum.count + 1])
+            own = coherent[spectrum.components.index(component), :, first:last]
+            np.multiply(own.T, np.float32(scale), out=out[:, 1 : spectrum.count + 1])
         for stream, factor in independent.of(component):
             if factor.any():
                 add_noise(out, (scale * factor).astype(np.float32), seed, first, POINT_STREAM + stream)
@@ -165,14 +165,15 @@ def synthesise(
             at_hub = spectra[component, :1]
             put_spectra(at_hub, component, hub)
             scales[component] = sigma / max(math.sqrt(2.0) * float(np.linalg.norm(at_hub[0, 1:-1])), 1e-300)
-    velocity = np.empty((n, points, 3), np.float32)
-    means = np.repeat(mean, grid.points_y, axis=0).astype(np.float32)
+    velocity = np.empty((n, 3 * points), np.float32)
+    means = np.repeat(mean, grid.points_y, axis=0).astype(np.float32).ravel()
     for first in range(0, points, POINTS_AT_ONCE):
         last = min(first + POINTS_AT_ONCE, points)
         for component, scale in enumerate(scales):
             put_spectra(spectra[component, : last - first], component, first, scale)
         series = fft.irfft(spectra[:, : last - first].transpose(2, 1, 0), n, axis=0, norm="forward")
-        np.add(series, means[first:last], out=velocity[:, first:last])
+        some = slice(3 * first, 3 * last)
+        np.add(series.reshape(n, -1), means[some], out=velocity[:, some])
         progress(0.5 + 0.5 * last / points)
     return velocity.reshape(n, grid.points_z, grid.points_y, 3)
 
