@@ -45,7 +45,7 @@ SWEEPS = 3
 UNLIKE_SWEEPS = 3 * SWEEPS
 """Sectors marched for blades that differ: a balance over one revolution, after revolutions in which they settle."""
 JACOBIAN_SAMPLES = 5
-"""Azimuths per sector at which derivatives are evaluated: products of two harmonics of a blade are told apart."""
+"""Azimuths per sector at which derivatives are evaluated: enough to tell products of two harmonics from a constant."""
 PERTURBATION = 1e-3
 """[m or rad] perturbation of the coefficients for finite differences."""
 MEAN_ONLY, FULL = 0, 1

@@ -113,9 +113,9 @@ def put_noise(modes: NDArray[np.complex64], weight: NDArray[np.float32], seed: i
 
 
 def cut_out(modes: Complex, grid: WindGrid) -> Complex:
-    """Fields (..., Z, Y) on the grid from modes on a torus: sums of modes times exp(i k x)."""
-    across = fft.ifft(modes, axis=-2, norm="forward")[..., : grid.points_z, :]
-    return fft.ifft(across, axis=-1, norm="forward")[..., : grid.points_y]
+    """Fields (..., Z, Y) on the grid from modes on a torus, which are overwritten: sums of modes times exp(i k x)."""
+    across = fft.ifft(modes, axis=-2, norm="forward", overwrite_x=True)[..., : grid.points_z, :]
+    return fft.ifft(across, axis=-1, norm="forward", overwrite_x=True)[..., : grid.points_y]
 
 
 def coherent_fields(kappa: Float, grid: WindGrid, addresses: list[tuple[int, int]]) -> Iterator[tuple[slice, Complex]]:

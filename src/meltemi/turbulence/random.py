@@ -6,8 +6,8 @@ seed; the address is that of a component and a point, so two seeds, components o
 
 A pair of 32-bit numbers a, b becomes a complex normal number of unit variance, z = sqrt(-ln u) exp(2 pi i v) with
 u = (a + 1/2) / 2^32 and v = (b + 1/2) / 2^32 (Box and Muller 1958); |z| reaches 4.7. It is computed in single
-precision, which fields have, with the polynomials of the Cephes library (Moshier 1992). The functions are written out for
-loops over arrays, in which the compiler can use vector instructions.
+precision, which fields have, with the polynomials of the Cephes library (Moshier 1992). The functions are written out
+for loops over arrays, in which the compiler can use vector instructions.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ LOG_8, LOG_7, LOG_6 = np.float32(7.0376836292e-2), np.float32(-1.1514610310e-1),
 LOG_5, LOG_4, LOG_3 = np.float32(-1.2420140846e-1), np.float32(1.4249322787e-1), np.float32(-1.6668057665e-1)
 LOG_2, LOG_1, LOG_0 = np.float32(2.0000714765e-1), np.float32(-2.4999993993e-1), np.float32(3.3333331174e-1)
 SIN_2, SIN_1, SIN_0 = np.float32(-1.9515295891e-4), np.float32(8.3321608736e-3), np.float32(-1.6666654611e-1)
-COS_2, COS_1, COS_0 = np.float32(2.443315711809948e-5), np.float32(-1.388731625493765e-3), np.float32(4.166664568298827e-2)
+COS_2, COS_1, COS_0 = np.float32(2.4433157118e-5), np.float32(-1.3887316255e-3), np.float32(4.1666645683e-2)
 
 
 @kernel
