@@ -199,8 +199,8 @@ class Orbit:
         core, blade = np.split(each, [4 * self.core], axis=-1)
         result = np.empty((*lead, 3, n, len(self.case["q"])))
         result[..., : self.core] = waves.core @ core.reshape(*lead, 1, 4, self.core)
-        arms = waves.blade @ blade.reshape(*lead, 1, -1, self.K)
-        result[..., self.core :] = arms.reshape(*lead, 3, n, -1)
+        arms = waves.blade @ blade.reshape(*lead, 1, 2 * (BLADE_HARMONICS + 1), self.K)
+        result[..., self.core :] = arms.reshape(*lead, 3, n, self.B * self.K)
         q, v, a = (result[..., i, :, :] for i in range(3))
         q[..., self.core :] += self.deviation.ravel()
         v *= w
@@ -263,7 +263,7 @@ class Orbit:
         if not (np.isfinite(core).all() and np.isfinite(blade).all()):
             raise NotConverged(DIVERGES)
         waves, lead = self.waves(azimuths), core.shape[:-2]
-        of_core, of_blade = waves.of_core @ core, waves.of_blade @ blade.reshape(*lead, -1, self.K)
+        of_core, of_blade = waves.of_core @ core, waves.of_blade @ blade.reshape(*lead, len(azimuths) * self.B, self.K)
         parts = of_core[..., self.free_core], of_blade[..., self.free_blade]
         return np.concatenate([part.reshape(*lead, -1) for part in parts], axis=-1)
 
