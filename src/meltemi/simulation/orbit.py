@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from importlib import import_module
 from typing import Any
 
@@ -36,7 +36,6 @@ from meltemi.wind.fields import SteadyWind
 
 Float = NDArray[np.float64]
 
-TURN = 2.0 * np.pi
 BLADE_HARMONICS = 4
 SAMPLES = 12
 """Azimuths per sector of 1/B revolution."""
@@ -117,8 +116,9 @@ class Waves:
     of_blade: Float
 
 
-def harmonics(azimuths: Float, blades: int) -> Waves:
-    """Harmonics at azimuths of a rotor."""
+@lru_cache(maxsize=64)
+def harmonics(instants: bytes, blades: int) -> Waves:
+    """Harmonics at azimuths of a rotor, given by their bytes, which recur from revolution to revolution."""
 
     def rates(order: Float, angle: Float) -> Float:
         """Cosines and sines of harmonics (N,) of angles (M,), and their first two derivatives: (3, M, 2 N)."""
@@ -126,9 +126,12 @@ def harmonics(azimuths: Float, blades: int) -> Waves:
         values = np.concatenate([c, s], axis=1), np.concatenate([-order * s, order * c], axis=1)
         return np.stack([*values, -(np.tile(order, 2) ** 2) * values[0]])
 
+    azimuths = np.frombuffer(instants)
     n = len(azimuths)
     core = rates(np.array([0.0, blades]), azimuths)
-    blade = rates(np.arange(BLADE_HARMONICS + 1.0), (azimuths[:, None] + TURN / blades * np.arange(blades)).ravel())
+    blade = rates(
+        np.arange(BLADE_HARMONICS + 1.0), (azimuths[:, None] + 2.0 * np.pi / blades * np.arange(blades)).ravel()
+    )
     of_core, of_blade = (np.delete(each[0], each.shape[2] // 2, axis=1).T / n for each in (core, blade))
     of_core[1:] *= 2.0
     of_blade[0] *= 0.5
@@ -169,7 +172,6 @@ class Orbit:
         # of each sector: residuals, velocities, and residuals of each blade minus their mean over the blades
         self.parts: list[tuple[Float, Float, Float]] = []
         self.lead = model.parameter("aerodynamics.inflow_lead")
-        self._waves: dict[bytes, Waves] = {}
 
     # motion -------------------------------------------------------------------------------------
 
@@ -177,13 +179,6 @@ class Orbit:
         """Set coordinates, velocities and accelerations of the motion at rotor azimuth ``psi``."""
         case, motion = self.case, self.motion(np.array([psi]))
         case["q"][:], case["v"][:], case["a"][:] = motion[:, 0]
-
-    def waves(self, azimuths: Float) -> Waves:
-        """Harmonics at azimuths, which recur from revolution to revolution."""
-        key = azimuths.tobytes()
-        if key not in self._waves:
-            self._waves[key] = harmonics(azimuths, self.B)
-        return self._waves[key]
 
     def motion(self, azimuths: Float, coefficients: Float | None = None) -> Float:
         """(..., 3, azimuths, coordinates) coordinates, velocities and accelerations of the motion.
@@ -193,7 +188,7 @@ class Orbit:
         Args:
           coefficients: (..., coefficients) of several motions; by default those of the present one.
         """
-        w, waves = self.speed, self.waves(azimuths)
+        w, waves = self.speed, harmonics(azimuths.tobytes(), self.B)
         each = self.coefficients if coefficients is None else coefficients
         lead, n = each.shape[:-1], len(azimuths)
         core, blade = np.split(each, [4 * self.core], axis=-1)
@@ -262,7 +257,7 @@ class Orbit:
         """
         if not (np.isfinite(core).all() and np.isfinite(blade).all()):
             raise NotConverged(DIVERGES)
-        waves, lead = self.waves(azimuths), core.shape[:-2]
+        waves, lead = harmonics(azimuths.tobytes(), self.B), core.shape[:-2]
         of_core, of_blade = waves.of_core @ core, waves.of_blade @ blade.reshape(*lead, len(azimuths) * self.B, self.K)
         parts = of_core[..., self.free_core], of_blade[..., self.free_blade]
         return np.concatenate([part.reshape(*lead, -1) for part in parts], axis=-1)
