@@ -268,3 +268,18 @@ def test_a_rigid_point_is_not_deflected(model: Model) -> None:
     moved = [name for name, q in zip(model.coordinates, point.q, strict=True) if q != 0.0]
     assert moved == []
     assert abs(point.imbalance) < 3e-3 * 5e6 / point.rotor_speed
+
+
+def test_harmonics_have_their_rates_and_are_found_again_by_projection(model: Model) -> None:
+    orbit = Orbit(model, SteadyWind(speed=9.0))
+    orbit.speed, h = 1.1, 1e-4
+    orbit.coefficients[:] = np.random.default_rng(3).normal(size=len(orbit.coefficients))
+    azimuths = 0.2 + orbit.step * np.arange(SAMPLES)
+    before, now, after = (orbit.motion(azimuths + shift) for shift in (-h, 0.0, h))
+    rates = orbit.speed * (after - before)[:2] / (2.0 * h)
+    np.testing.assert_allclose(now[1:], rates, rtol=0.0, atol=1e-5)
+    both = orbit.motion(azimuths, np.stack([orbit.coefficients, 2.0 * orbit.coefficients]))
+    np.testing.assert_array_equal(both[0], now)
+    core, blade = np.split(now[0], [orbit.core], axis=1)
+    found = orbit.projected(azimuths, core, blade.reshape(SAMPLES, orbit.B, orbit.K))
+    np.testing.assert_allclose(found, orbit.coefficients[orbit.free], rtol=0.0, atol=1e-12)

@@ -15,15 +15,15 @@ from meltemi.turbulence.random import noise, random_bits
 CHECKSUM = "8ceae3a99a6c40f09b46131092c1f718d2597133d73164970d97b6163067bd34"
 
 
-def bits(n: int, seed: int = 0, address_1: int = 0, address_2: int = 0) -> NDArray[np.uint64]:
-    out = np.empty((4, n), np.uint64)
+def bits(n: int, seed: int = 0, address_1: int = 0, address_2: int = 0) -> NDArray[np.uint32]:
+    out = np.empty((4, n), np.uint32)
     random_bits(out, seed, address_1, address_2)
     return out
 
 
 def normals(n: int, seed: int = 1, address_1: int = 0, address_2: int = 0) -> NDArray[np.complex128]:
     out = np.empty(2 * n, np.complex128)
-    noise(seed, address_1, address_2, np.empty((4, n), np.uint64), out)
+    noise(seed, address_1, address_2, np.empty((4, n), np.uint32), out)
     return out
 
 
@@ -58,7 +58,7 @@ def test_the_transform_is_that_of_box_and_muller() -> None:
     raw = bits(5000, seed=3).astype(float)
     u, v = (raw[[0, 2]] + 0.5) / 2.0**32, (raw[[1, 3]] + 0.5) / 2.0**32
     expected = (np.sqrt(-np.log(u)) * np.exp(2j * np.pi * v)).reshape(-1)
-    np.testing.assert_allclose(normals(5000, seed=3), expected, rtol=0.0, atol=3e-15)
+    np.testing.assert_allclose(normals(5000, seed=3), expected, rtol=0.0, atol=5e-7)  # of single precision
 
 
 @pytest.mark.parametrize("a", [0, 1, 2**31, 2**32 - 1])
@@ -67,9 +67,10 @@ def test_the_transform_at_the_ends_of_its_ranges(a: int, b: int) -> None:
     from meltemi.turbulence.random import complex_normals
 
     out = np.empty(1, np.complex128)
-    complex_normals(np.array([a], np.uint64), np.array([b], np.uint64), out)
+    complex_normals(np.array([a], np.uint32), np.array([b], np.uint32), out)
     u, v = (a + 0.5) / 2.0**32, (b + 0.5) / 2.0**32
-    assert out[0] == pytest.approx(np.sqrt(-np.log(u)) * np.exp(2j * np.pi * v), abs=1e-14)
+    # relative to its magnitude, which reaches 1e-5 and 4.7
+    assert out[0] == pytest.approx(np.sqrt(-np.log(u)) * np.exp(2j * np.pi * v), rel=3e-7)
 
 
 def test_the_numbers_are_normal_and_proper() -> None:

@@ -1,5 +1,4 @@
 from numba import float64 as float64
-from numba import int64 as int64
 from numba import njit as njit
 from numba import typeof as typeof
 from numba import types as types

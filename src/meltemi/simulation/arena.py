@@ -42,4 +42,7 @@ class Arena:
 
     def place(self, name: str, index: tuple[int, ...]) -> int:
         """Index of an entry of a view in the vector."""
-        return self.begin[name] + int(np.ravel_multi_index(index, self.views[name].shape))
+        at = 0
+        for i, n in zip(index, self.views[name].shape, strict=True):
+            at = n * at + i
+        return self.begin[name] + at

@@ -177,7 +177,7 @@ class Case:
         array, row = channel.source
         if array in ("q", "v"):
             return self.signals.place(array, (self.model.coordinates.index(row),))
-        return self.signals.place(array, (self.view(array).table.index(row), *channel.index))
+        return self.signals.place(array, (self.tables[array].index(row), *channel.index))
 
     def bind(self, controller: Controller, start: StartPoint) -> Entry:
         """Attach a controller, initialised at an operating point."""
@@ -231,7 +231,11 @@ class Case:
 
     def loads(self, t: float) -> None:
         """Compute section loads and the summary after an evaluation."""
-        observe(t, self.control, self.one, self.sections, True)
+        self._observe(t, self.control, self.one, self.sections, True)
+
+    @cached_property
+    def _observe(self) -> Any:
+        return without_dispatch(observe, 0.0, self.control, self.one, self.sections, True)
 
     def begin_parts(self, dt: float = 0.0) -> None:
         """Set air and grid, and bring the parts into steady operation; ``dt`` [s] as for ``step.begin_parts``."""

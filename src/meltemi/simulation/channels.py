@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 
 from meltemi.core.errors import InputError, UnknownNameError, closest, did_you_mean
@@ -106,6 +106,11 @@ def channels_of_group(group: str, count: int | None = None) -> tuple[Channel, ..
 
 def catalogue(contents: ChannelSet = ChannelSet()) -> dict[str, Channel]:
     """All channels of a turbine by name."""
+    return dict(_catalogue(contents))
+
+
+@lru_cache(maxsize=8)
+def _catalogue(contents: ChannelSet) -> dict[str, Channel]:
     channels = [*channels_of_group("machine"), *_gearbox(*contents.gears), *contents.further]
     for b in range(1, contents.blades + 1):
         for row in _rows("blade"):

@@ -20,6 +20,7 @@ from meltemi.simulation.options import ModelOptions
 from meltemi.simulation.parts import ParameterTables, Part
 from meltemi.structure.equations import GENERATOR, N_SHAFT, TORSION, YAW
 from meltemi.turbine.exchange import ActuatorModel
+from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind
 
 if TYPE_CHECKING:
@@ -225,6 +226,11 @@ class Model(Brief, Viewed, Generic[R]):
             if name.startswith(prefix) and name[len(prefix) :] in names:
                 return array, table.names.index(name[len(prefix) :])
         raise InputError(f"no parameter {name!r}: {did_you_mean(name, self.parameter_names())}")
+
+    @cached_property
+    def doubts(self) -> tuple[str, ...]:
+        """Warnings about implausible data of the turbine."""
+        return plausibility_warnings(self.turbine)
 
     def content_hash(self) -> str:
         """Hash of all data that determine the results of this model."""

@@ -15,7 +15,8 @@ Reference: docs/theory/simulation.md (M-10 to M-16).
 from __future__ import annotations
 
 from collections import deque
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from importlib import import_module
 from typing import Any
 
@@ -42,7 +43,8 @@ SWEEPS = 3
 """Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
 UNLIKE_SWEEPS = 3 * SWEEPS
 """Sectors marched for blades that differ: a balance over one revolution, after revolutions in which they settle."""
-JACOBIAN_SAMPLES = 10
+JACOBIAN_SAMPLES = 5
+"""Azimuths per sector at which derivatives are evaluated: enough to tell products of two harmonics from a constant."""
 PERTURBATION = 1e-3
 """[m or rad] perturbation of the coefficients for finite differences."""
 MEAN_ONLY, FULL = 0, 1
@@ -97,6 +99,45 @@ def residuals_of(
                 lack[1, b, n] += flow.steady_tangential[b, n] * flow.vy[b, n] - inflow.y[b, n]
 
 
+@dataclass(frozen=True)
+class Waves:
+    """Harmonics at azimuths.
+
+    Attributes:
+      core: (3, azimuths, 4) that give the motion of the core, its rate and acceleration at unit rotor speed from the
+        coefficients 1, cos B psi, 0, sin B psi.
+      blade: (3, azimuths blades, 2 H + 2) that give those of the blades, cosines before sines.
+      of_core, of_blade: (3, azimuths), (2 H + 1, azimuths blades) that project residuals on them.
+    """
+
+    core: Float
+    blade: Float
+    of_core: Float
+    of_blade: Float
+
+
+@lru_cache(maxsize=64)
+def harmonics(instants: bytes, blades: int) -> Waves:
+    """Harmonics at azimuths of a rotor, given by their bytes, which recur from revolution to revolution."""
+
+    def rates(order: Float, angle: Float) -> Float:
+        """Cosines and sines of harmonics (N,) of angles (M,), and their first two derivatives: (3, M, 2 N)."""
+        c, s = np.cos(order * angle[:, None]), np.sin(order * angle[:, None])
+        values = np.concatenate([c, s], axis=1), np.concatenate([-order * s, order * c], axis=1)
+        return np.stack([*values, -(np.tile(order, 2) ** 2) * values[0]])
+
+    azimuths = np.frombuffer(instants)
+    n = len(azimuths)
+    core = rates(np.array([0.0, blades]), azimuths)
+    blade = rates(
+        np.arange(BLADE_HARMONICS + 1.0), (azimuths[:, None] + 2.0 * np.pi / blades * np.arange(blades)).ravel()
+    )
+    of_core, of_blade = (np.delete(each[0], each.shape[2] // 2, axis=1).T / n for each in (core, blade))
+    of_core[1:] *= 2.0
+    of_blade[0] *= 0.5
+    return Waves(core, blade, of_core, 2.0 / blades * of_blade)
+
+
 class Orbit:
     """The periodic motion of a model in a steady wind, improved sector by sector."""
 
@@ -130,6 +171,7 @@ class Orbit:
         self.lack = np.zeros((2, *self.case.one.flow.array.shape[1:]))
         # of each sector: residuals, velocities, and residuals of each blade minus their mean over the blades
         self.parts: list[tuple[Float, Float, Float]] = []
+        self.lead = model.parameter("aerodynamics.inflow_lead")
 
     # motion -------------------------------------------------------------------------------------
 
@@ -138,30 +180,29 @@ class Orbit:
         case, motion = self.case, self.motion(np.array([psi]))
         case["q"][:], case["v"][:], case["a"][:] = motion[:, 0]
 
-    def motion(self, azimuths: Float) -> Float:
-        """(3, azimuths, coordinates) coordinates, velocities and accelerations of the motion.
+    def motion(self, azimuths: Float, coefficients: Float | None = None) -> Float:
+        """(..., 3, azimuths, coordinates) coordinates, velocities and accelerations of the motion.
 
         All azimuths at once, since time in Python is time that threads wait.
+
+        Args:
+          coefficients: (..., coefficients) of several motions; by default those of the present one.
         """
-        w, fast = self.speed, self.B * self.speed
-        result = np.empty((3, len(azimuths), len(self.case["q"])))
-        q, v, a = result
-        c, s = np.cos(self.B * azimuths)[:, None], np.sin(self.B * azimuths)[:, None]
-        wave = self.core_c[1] * c + self.core_s[1] * s
-        q[:, : self.core] = self.core_c[0] + wave
-        v[:, : self.core] = fast * (self.core_s[1] * c - self.core_c[1] * s)
-        a[:, : self.core] = -(fast**2) * wave
-        q[:, self.generator] = azimuths - q[:, self.torsion]
-        v[:, self.generator] = w - v[:, self.torsion]
-        a[:, self.generator] = -a[:, self.torsion]
-        n = np.arange(BLADE_HARMONICS + 1.0)
-        blades = 2.0 * np.pi / self.B * np.arange(self.B, dtype=float)
-        angle = (azimuths[:, None] + blades)[..., None] * n
-        c, s = np.cos(angle), np.sin(angle)
-        arms = (len(azimuths), self.B * self.K)
-        q[:, self.core :] = (c @ self.blade_c + s @ self.blade_s + self.deviation).reshape(arms)
-        v[:, self.core :] = w * ((n * c) @ self.blade_s - (n * s) @ self.blade_c).reshape(arms)
-        a[:, self.core :] = -(w**2) * ((n**2 * c) @ self.blade_c + (n**2 * s) @ self.blade_s).reshape(arms)
+        w, waves = self.speed, harmonics(azimuths.tobytes(), self.B)
+        each = self.coefficients if coefficients is None else coefficients
+        lead, n = each.shape[:-1], len(azimuths)
+        core, blade = np.split(each, [4 * self.core], axis=-1)
+        result = np.empty((*lead, 3, n, len(self.case["q"])))
+        result[..., : self.core] = waves.core @ core.reshape(*lead, 1, 4, self.core)
+        arms = waves.blade @ blade.reshape(*lead, 1, 2 * (BLADE_HARMONICS + 1), self.K)
+        result[..., self.core :] = arms.reshape(*lead, 3, n, self.B * self.K)
+        q, v, a = (result[..., i, :, :] for i in range(3))
+        q[..., self.core :] += self.deviation.ravel()
+        v *= w
+        a *= w**2
+        q[..., self.generator] = azimuths - q[..., self.torsion]
+        v[..., self.generator] = w - v[..., self.torsion]
+        a[..., self.generator] = -a[..., self.torsion]
         return result
 
     def residuals(self, motion: Float, dt: float) -> tuple[Float, Float]:
@@ -216,14 +257,10 @@ class Orbit:
         """
         if not (np.isfinite(core).all() and np.isfinite(blade).all()):
             raise NotConverged(DIVERGES)
-        B, n, lead = self.B, np.arange(BLADE_HARMONICS + 1.0), core.shape[:-2]
-        of_core = np.array([np.ones(len(azimuths)), 2.0 * np.cos(B * azimuths), 2.0 * np.sin(B * azimuths)]) @ core
-        angle = np.multiply.outer(n, (azimuths[:, None] + 2.0 * np.pi / B * np.arange(B, dtype=float)).ravel())
-        waves = 2.0 / B * np.concatenate([np.cos(angle), np.sin(angle[1:])])
-        waves[0] *= 0.5
-        of_blade = waves @ blade.reshape(*lead, angle.shape[1], self.K)
+        waves, lead = harmonics(azimuths.tobytes(), self.B), core.shape[:-2]
+        of_core, of_blade = waves.of_core @ core, waves.of_blade @ blade.reshape(*lead, len(azimuths) * self.B, self.K)
         parts = of_core[..., self.free_core], of_blade[..., self.free_blade]
-        return np.concatenate([part.reshape(*lead, -1) for part in parts], axis=-1) / len(azimuths)
+        return np.concatenate([part.reshape(*lead, -1) for part in parts], axis=-1)
 
     def unknowns(self) -> NDArray[np.intp]:
         """Indices of the coefficients that are corrected at the present level."""
@@ -244,14 +281,13 @@ class Orbit:
         air = self.case.aero_state.vector
         state = air.copy()
         unknowns = self.unknowns()
-        residuals = [self.residuals(self.motion(azimuths), dt)]
-        for j in self.free[unknowns]:
-            original = self.coefficients[j]
-            self.coefficients[j] += PERTURBATION
+        each = np.repeat(self.coefficients[None], 1 + len(unknowns), axis=0)
+        each[np.arange(1, len(each)), self.free[unknowns]] += PERTURBATION
+        residuals = []
+        for motion in self.motion(azimuths, each):
             if dt:
                 air[:] = state
-            residuals.append(self.residuals(self.motion(azimuths), dt))
-            self.coefficients[j] = original
+            residuals.append(self.residuals(motion, dt))
         air[:] = state
         rows = self.projected(azimuths, *map(np.array, zip(*residuals, strict=True)))[:, unknowns]
         try:
@@ -315,7 +351,7 @@ class Orbit:
         azimuths = self.azimuth + step * np.arange(1.0, SAMPLES + 1.0)
         core, blade = self.residuals(self.motion(azimuths), step / self.speed)
         missing = self.projected(azimuths, core, blade)
-        self.azimuth += step * SAMPLES
+        self.azimuth = step * SAMPLES * ((round(self.azimuth / (step * SAMPLES)) + 1) % B)
         self.lefts.append(float(core[:, self.generator].mean()))
         inflow = case["inflow"]
         lack = self.lack[..., : inflow.shape[-1]]
@@ -337,10 +373,9 @@ class Orbit:
             change *= self.farthest / self.moved
         self.move(change)
         # dynamic inflow has time constants of many seconds: set its azimuthal mean to the steady value at once
-        k = self.model.parameter("aerodynamics.inflow_lead")
         for i, (reduced, velocity) in enumerate((("reduced_x", "x"), ("reduced_y", "y"))):
             inflow[InflowState.index(velocity)] += lack[i]
-            inflow[InflowState.index(reduced)] += (1.0 - k) * lack[i]
+            inflow[InflowState.index(reduced)] += (1.0 - self.lead) * lack[i]
 
     # result -------------------------------------------------------------------------------------
 
@@ -358,22 +393,23 @@ class Orbit:
         """
         case, B = self.case, self.B
         # approach azimuth 0 with the flow that belongs to it
-        while round(self.azimuth * B / (2.0 * np.pi)) % B:
+        while self.azimuth:
             self.sector()
-        self.azimuth = 0.0
         step = self.step
         means, mean_torque = np.zeros_like(case.signals.vector), 0.0
         rows = []
-        for i in range(B * SAMPLES):
-            self.prescribe((i + 1) * step)
-            self.equations(0.0, step / self.speed, case.system)
+        azimuths = step * np.arange(1.0, B * SAMPLES + 1.0)
+        evaluate = without_dispatch(equations, 0.0, 0.0, case.system)
+        for i, (case["q"][:], case["v"][:], case["a"][:]) in enumerate(zip(*self.motion(azimuths), strict=True)):
+            evaluate(0.0, step / self.speed, case.system)
             case.control.drive.generator_torque = self.torque
-            case.begin_parts()
+            if case.parts or not i:
+                case.begin_parts()
             mean_torque += float(case.control.drive.generator_torque) / (B * SAMPLES)
             case.loads(0.0)
             means += case.signals.vector / (B * SAMPLES)
             rows.append(np.concatenate([case["q"], case["v"], case.aero_states()]))
-            rows[-1][self.generator] -= (i + 1) * step
+            rows[-1][self.generator] -= azimuths[i]
         aero = case.aero_states()
         self.prescribe(0.0)
         model = self.model

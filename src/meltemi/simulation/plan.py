@@ -27,7 +27,6 @@ from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
 from meltemi.simulation.unsteady import unseen
-from meltemi.turbine.plausibility import plausibility_warnings
 from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulent import realised
 
@@ -152,7 +151,7 @@ def wind_of(run: Run, plan: RunPlan) -> tuple[Wind, list[str]]:
     """
     turbine, described = plan.model.turbine, run.wind() if callable(run.wind) else run.wind
     produces, yaw = not isinstance(run.start, Start), plan.model.options.nacelle_yaw
-    noticed = [*plausibility_warnings(turbine), *unusual(described, produces=produces, yaw=yaw)]
+    noticed = [*plan.model.doubts, *unusual(described, produces=produces, yaw=yaw)]
     for where, each in (("wind", described), ("environment", plan.model.environment)):
         noticed += unusual_numbers(each, where) if isinstance(each, Record) else ()
     noticed += getattr(run.sea, "doubts", list)()

@@ -15,7 +15,7 @@ from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import NotConverged, OperatingPoint, steady_wind
 from meltemi.simulation.rotors import operating_point, without_wake
 from meltemi.simulation.start import Start
-from meltemi.wind.fields import Wind
+from meltemi.wind.fields import SteadyWind, Wind
 
 KEEP = 32
 """Number of points in the cache, least recently used dropped first."""
@@ -54,9 +54,11 @@ def initial_state(model: Model[Any], wind: Wind, start: State | None = None) -> 
         if isinstance(model.rotor, BladedRotor):
             from meltemi.simulation.trim import rigid_point
 
-            return _once(model, wind, ("rigid",), lambda: rigid_point(model, wind)), words
+            return _once(model, wind, ("rigid",), lambda steady: rigid_point(model, steady)), words
         speed, most = model.turbine.rated_rotor_speed, model.turbine.control.pitch.maximum
-        point = _once(model, wind, ("held",), lambda: operating_point(model, wind, rotor_speed=speed, pitch=most))
+        point = _once(
+            model, wind, ("held",), lambda steady: operating_point(model, steady, rotor_speed=speed, pitch=most)
+        )
         return point, (f"the run begins out of balance, at its reference speed and largest pitch: {error}",)
 
 
@@ -71,14 +73,14 @@ def shared_point(model: Model[Any], wind: Wind) -> OperatingPoint:
     Raises:
       InputError: as ``operating_point``.
     """
-    return _once(model, wind, (), lambda: operating_point(model, steady_wind(wind, model.turbine.hub_height)))
+    return _once(model, wind, (), lambda steady: operating_point(model, steady))
 
 
 def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
-    def make() -> OperatingPoint:
+    def make(steady: SteadyWind) -> OperatingPoint:
         point: OperatingPoint = import_module("meltemi.analyses.parked").parked_point(
             model,
-            steady_wind(wind, model.turbine.hub_height),
+            steady,
             rotor_speed=start.rotor_speed,
             pitch=start.pitch,
             azimuth=start.azimuth,
@@ -89,8 +91,11 @@ def _parked(model: BladedModel, wind: Wind, start: Start) -> OperatingPoint:
     return _once(model, wind, (repr(start),), make)
 
 
-def _once(model: Model[Any], wind: Wind, kind: tuple[str, ...], make: Callable[[], OperatingPoint]) -> OperatingPoint:
-    key = (model.content_hash(), steady_wind(wind, model.turbine.hub_height).content_hash(), *kind)
+def _once(
+    model: Model[Any], wind: Wind, kind: tuple[str, ...], make: Callable[[SteadyWind], OperatingPoint]
+) -> OperatingPoint:
+    steady = steady_wind(wind, model.turbine.hub_height)
+    key = (model.content_hash(), steady.content_hash(), *kind)
     with _LOCK:
         cached = _POINTS.get(key)
         point = _POINTS[key] = cached or Future()
@@ -99,7 +104,7 @@ def _once(model: Model[Any], wind: Wind, kind: tuple[str, ...], make: Callable[[
             _POINTS.popitem(last=False)
     if cached is None:
         try:
-            point.set_result(make())
+            point.set_result(make(steady))
         except BaseException as error:
             with _LOCK:
                 _POINTS.pop(key, None)

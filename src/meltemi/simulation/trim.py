@@ -30,8 +30,8 @@ STALLED = 3.0
 SETTLE_SWEEPS, SECANT_STEPS, SEARCHES = 3, 5, 4
 BALANCE = 1e-4
 """Largest residual torque over rated torque at the end of a search."""
-TOLERANCE = 1e-5
-"""Relative change of rotor speed or pitch at which the search ends."""
+TOLERANCE, ROUGH = 1e-5, 1e-4
+"""Relative change of rotor speed or pitch at which the search ends; and the one without the harmonics of the motion."""
 UNBALANCED = 30.0
 """Multiple of BALANCE beyond which a search has failed."""
 CLOSE = 0.97
@@ -116,7 +116,7 @@ def _search(
         search_pitch = above and pitch is None
         search_speed = not above
         if search_pitch:
-            angle = root(lambda x: left_over(reference, x), angle, control.pitch.maximum, 0.02)
+            angle = root(lambda x: left_over(reference, x), angle, control.pitch.maximum, 0.02, ROUGH)
     # the harmonics of the motion contribute a little to the mean torque: search once more, close by
     orbit.level = FULL
     for _ in range(SETTLE_SWEEPS):
@@ -171,15 +171,16 @@ def _balance_speed(
       stalled: [rad/s] rotor speed below which the rotor counts as stalled.
     """
     speeds = np.linspace(0.25, 1.0, SCAN) * reference
-    values = [left_over(speed, pitch) for speed in speeds]
-    if values[-1] > 0.0:
+    left_over(speeds[0], pitch)  # at first, since a slow rotor deflects little
+    if (above := left_over(reference, pitch)) > 0.0:
         return reference, pitch, True
     balanced_speed = 0.0
     for i in reversed(range(SCAN - 1)):
-        if values[i] > 0.0 >= values[i + 1]:
+        if (value := left_over(speeds[i], pitch)) > 0.0 >= above:
             low, high = speeds[i], speeds[i + 1]
-            balanced_speed = root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low))
+            balanced_speed = root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low), ROUGH)
             break
+        above = value
     if balanced_speed < stalled:
         for angle in np.arange(pitch + PITCH_SCAN, most, PITCH_SCAN):
             if left_over(reference, float(angle)) > 0.0:
@@ -189,8 +190,12 @@ def _balance_speed(
     return balanced_speed, pitch, False
 
 
-def root(f: Callable[[float], float], low: float, high: float, step: float) -> float:
-    """Root of a falling function: widen from ``low`` until the sign changes, then false position (Illinois)."""
+def root(f: Callable[[float], float], low: float, high: float, step: float, tolerance: float = TOLERANCE) -> float:
+    """Root of a falling function: widen from ``low`` until the sign changes, then false position (Illinois).
+
+    Args:
+      tolerance: relative change of the argument, or of the function, at which the search ends.
+    """
     a, fa = low, f(low)
     if fa <= 0.0:
         return low
@@ -206,10 +211,10 @@ def root(f: Callable[[float], float], low: float, high: float, step: float) -> f
     side = 0
     for _ in range(40):
         x = (a * fb - b * fa) / (fb - fa)
-        if abs(b - a) < TOLERANCE * max(abs(b), 1e-3):
+        if abs(b - a) < tolerance * max(abs(b), 1e-3):
             return x
         fx = f(x)
-        if abs(fx) < TOLERANCE * max(abs(fa), abs(fb), 1e-9):
+        if abs(fx) < tolerance * max(abs(fa), abs(fb), 1e-9):
             return x
         if fx > 0.0:
             a, fa = x, fx

@@ -250,7 +250,7 @@ def sheared_fields(
     for i, k in enumerate(k1):
         (k3, weight_3), (k2, weight_2) = wave_numbers(float(k), grid, length)
         modes, covered = np.empty((3, len(k3), len(k2)), np.complex128), np.empty(4)
-        bits = np.empty((4, len(k3) * len(k2) // 2), np.uint64)
+        bits = np.empty((4, len(k3) * len(k2) // 2), np.uint32)
         for c in range(3):
             noise(seed, i, stream + c, bits, modes[c].reshape(-1))
         shear(-float(k), k3, k2, weight_3, weight_2, table, modes, covered)

@@ -9,8 +9,10 @@ Reference: docs/theory/wind.md (W-7, W-12, W-20).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +24,7 @@ from meltemi.turbulence.grid import WindGrid
 from meltemi.turbulence.random import noise
 
 Float = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+Complex = NDArray[np.complexfloating[Any]]
 
 POINT_STREAM = 0
 """Stream of the random numbers of points, plus the component; their other address is the point."""
@@ -77,15 +79,15 @@ def factors(rest: Float) -> CovarianceFactors:
 
 
 @kernel
-def add_noise(spectrum: Complex, factor: Float, seed: int, first: int, stream: int) -> None:
+def add_noise(spectrum: Complex, factor: NDArray[np.floating[Any]], seed: int, first: int, stream: int) -> None:
     """Add independent normal numbers times ``factor`` (B,) to the spectra (P, B + 2) of points ``first`` and on.
 
     Entry 0 of a spectrum is its mean, the last one the Nyquist frequency; both are not changed.
     """
     count = len(factor)
     half = (count + 1) // 2
-    bits = np.empty((4, half), np.uint64)
-    numbers = np.empty(2 * half, np.complex128)
+    bits = np.empty((4, half), np.uint32)
+    numbers = np.empty(2 * half, np.complex64)
     for p in range(len(spectrum)):
         noise(seed, first + p, stream, bits, numbers)
         for m in range(count):
@@ -101,7 +103,7 @@ def synthesise(
     *,
     mean: Float,
     sigmas: tuple[float | None, float | None, float | None],
-    measured: dict[int, Complex],
+    measured: Mapping[int, Complex],
     progress: Callable[[float], None],
 ) -> NDArray[np.float32]:
     """Synthesise the field in time.
@@ -123,14 +125,14 @@ def synthesise(
     hub = grid.hub[0] * grid.points_y + grid.hub[1]
     points = grid.points_z * grid.points_y
     covered = np.zeros_like(spectrum.variances)
-    coherent = np.empty((len(spectrum.components), points, spectrum.count), np.complex128)
+    coherent = np.empty((len(spectrum.components), spectrum.count, points), np.complex64)
     pull = np.zeros((3, bins), np.complex128)
     for some, fields, parts in spectrum.coherent:
         covered[:, some] = parts
         if measured:
             rest = factors(spectrum.variances[:, some] - parts)
             pull[:, some] = _condition(spectrum, some, fields, rest, measured, grid, seed, hub)
-        coherent[:, :, some] = fields.reshape(*fields.shape[:2], points).transpose(0, 2, 1)
+        coherent[:, some] = fields.reshape(*fields.shape[:2], points)
         progress(0.5 * some.stop / bins)
     independent = factors(spectrum.variances - covered)
     if 0 in measured:  # beyond the coherent frequencies
@@ -139,34 +141,39 @@ def synthesise(
         late = slice(spectrum.count, None)
         pull[0, late] = (measured[0] - alone[0])[1:-1][late] / spectrum.variances[0, late]
 
-    def spectra(component: int, first: int, last: int) -> Complex:
-        """(P, n / 2 + 1) of a component at some points."""
-        out = np.zeros((last - first, bins + 2), np.complex128)
+    def put_spectra(out: NDArray[np.complex64], component: int, first: int, scale: float = 1.0) -> None:
+        """Fill spectra (P, n / 2 + 1) of a component at points ``first`` and on."""
+        last = first + len(out)
+        out[...] = 0.0
         if component in spectrum.components:
-            out[:, 1 : spectrum.count + 1] = coherent[spectrum.components.index(component), first:last]
+            own = coherent[spectrum.components.index(component), :, first:last]
+            np.multiply(own.T, np.float32(scale), out=out[:, 1 : spectrum.count + 1])
         for stream, factor in independent.of(component):
-            add_noise(out, factor, seed, first, POINT_STREAM + stream)
+            if factor.any():
+                add_noise(out, (scale * factor).astype(np.float32), seed, first, POINT_STREAM + stream)
         if first <= hub < last:
             if component in measured:
                 out[hub - first] = measured[component]
             elif component == 2:  # its remainder is correlated with that of u, which is known now
-                out[hub - first, 1:-1] += independent.wu * independent.uu * pull[0]
-        return out
+                out[hub - first, 1:-1] += scale * independent.wu * independent.uu * pull[0]
 
-    scale = []
+    # in single precision, as the field is; with components innermost the transform ends in the order of the field
+    spectra = np.empty((3, POINTS_AT_ONCE, bins + 2), np.complex64)
+    scales = np.ones(3)
     for component, sigma in enumerate(sigmas):
-        amplitudes = spectra(component, hub, hub + 1)[0, 1:-1] if sigma is not None else np.zeros(1)
-        rms = np.sqrt(2.0 * np.sum(np.abs(amplitudes) ** 2))
-        scale.append(1.0 if sigma is None or component in measured else sigma / max(float(rms), 1e-300))
-    velocity = np.empty((n, points, 3), np.float32)
-    means = np.repeat(mean, grid.points_y, axis=0)
+        if sigma is not None and component not in measured:
+            at_hub = spectra[component, :1]
+            put_spectra(at_hub, component, hub)
+            scales[component] = sigma / max(math.sqrt(2.0) * float(np.linalg.norm(at_hub[0, 1:-1])), 1e-300)
+    velocity = np.empty((n, 3 * points), np.float32)
+    means = np.repeat(mean, grid.points_y, axis=0).astype(np.float32).ravel()
     for first in range(0, points, POINTS_AT_ONCE):
         last = min(first + POINTS_AT_ONCE, points)
-        for component in range(3):
-            series = fft.irfft(spectra(component, first, last), n, norm="forward", overwrite_x=True)
-            series *= scale[component]
-            series += means[first:last, component, None]
-            velocity[:, first:last, component] = series.T
+        for component, scale in enumerate(scales):
+            put_spectra(spectra[component, : last - first], component, first, scale)
+        series = fft.irfft(spectra[:, : last - first].transpose(2, 1, 0), n, axis=0, norm="forward")
+        some = slice(3 * first, 3 * last)
+        np.add(series.reshape(n, -1), means[some], out=velocity[:, some])
         progress(0.5 + 0.5 * last / points)
     return velocity.reshape(n, grid.points_z, grid.points_y, 3)
 
@@ -176,7 +183,7 @@ def _condition(
     some: slice,
     fields: Complex,
     rest: CovarianceFactors,
-    measured: dict[int, Complex],
+    measured: Mapping[int, Complex],
     grid: WindGrid,
     seed: int,
     hub: int,

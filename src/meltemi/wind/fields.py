@@ -197,10 +197,10 @@ class WindBox(Brief, Viewed):
                 raise InputError(f"wind box: {name} must be a positive number, found {value!r} (at most {most:g})")
         if not (isinstance(self.direction, int | float | np.number) and abs(self.direction) <= np.pi + 1e-9):
             raise InputError(f"wind box: direction must be an angle within pi rad, found {self.direction!r}")
-        if not np.all(np.isfinite(v)):
-            raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not finite")
-        if max(v.max(), -v.min()) > FASTEST:
-            raise InputError(f"wind box: velocities reach {max(v.max(), -v.min()):g} m/s, expected at most {FASTEST:g}")
+        if not (fastest := max(v.max(), -v.min())) <= FASTEST:
+            if not np.all(np.isfinite(v)):
+                raise InputError(f"wind box: {int(np.sum(~np.isfinite(v)))} velocities are not finite")
+            raise InputError(f"wind box: velocities reach {fastest:g} m/s, expected at most {FASTEST:g}")
 
     @property
     def label(self) -> str:
