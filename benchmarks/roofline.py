@@ -101,7 +101,11 @@ def operations() -> dict[str, int]:
     """Floating-point operations of one step by part, in a process that interprets the kernels."""
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     output = subprocess.run(
-        [sys.executable, "-m", "benchmarks.roofline", "--count"], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-m", "benchmarks.roofline", "--count"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
     ).stdout
     return dict(json.loads(output.splitlines()[-1]))
 

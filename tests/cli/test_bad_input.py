@@ -258,7 +258,7 @@ def test_a_case_file_is_refused_with_file_line_and_key(
 FOUND_LATER = [
     ("turbine: nrel5wm", "did you mean 'nrel5mw'"),
     ("channels: [wind_x, RootMyc9]", "no channel 'RootMyc9': did you mean RootMyc1, RootMyc2, RootMyc3"),
-    ("output_step: 0.013", "output_step 0.013 s is not a multiple of the time step 0.01 s; use 0.01 or 0.02 s"),
+    ("options: {time_step: 0.02}", "output_step 0.05 s is not a multiple of the time step 0.02 s; use 0.04 or 0.06 s"),
     ("events: [{at: 1.0, type: flap_stuck, blade: 2}]", "events.0.flap: there is no flap 1; nrel5mw has none"),
     ("options: {locked: [yow]}", "locked: no coordinate 'yow': did you mean 'yaw'"),
     (

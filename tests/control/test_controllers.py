@@ -91,8 +91,8 @@ def test_a_controller_says_what_it_noticed(model: Model) -> None:
 
     controller = Controller(damp, warnings=noticed)
     result = simulate(model, WIND, duration=1.0, controller=controller, start=BEGIN)
-    assert result.warnings == ("state is 1.01",) and result.between(0.5, 1.0).warnings == result.warnings
-    assert repr(result).endswith("OK; state is 1.01>")
+    assert result.warnings == ("state is 1.02",) and result.between(0.5, 1.0).warnings == result.warnings
+    assert repr(result).endswith("OK; state is 1.02>")
     assert simulate(model, WIND, duration=1.0, controller=Controller(hold), start=BEGIN).warnings == ()
     mute = Controller(damp, name="mute", warnings=lambda state: [state[9]])
     (line,) = simulate(model, WIND, duration=1.0, controller=mute, start=BEGIN).warnings

@@ -71,9 +71,7 @@ def test_weights_of_small_steps_are_those_of_numerov_and_beeman() -> None:
 def test_default_step_is_not_limited_by_the_shaft_or_residual_modes() -> None:
     for name, implicit_step in (("nrel5mw", 0.05 / 3), ("iea15mw", 0.05 / 4), ("iea22mw", 0.05 / 3)):  # 15 MW: 2.5 rad
         turbine = meltemi.load_turbine(name)
-        assert time_step(meltemi.build(turbine)) == pytest.approx(
-            implicit_step, rel=1e-12
-        )
+        assert time_step(meltemi.build(turbine)) == pytest.approx(implicit_step, rel=1e-12)
         model = meltemi.build(turbine, ModelOptions(integration="explicit"))
         assert time_step(model) == pytest.approx(0.01, rel=1e-12)
         implicit = step_weights(model, 0.01)[0] > 0.0

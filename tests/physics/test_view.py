@@ -67,7 +67,9 @@ def test_tips_are_those_of_the_channels(seen: Result, scene: Scene) -> None:
         turned = Rotation.from_rotvec(np.outer(-pitch[:, b], [0.0, 0.0, 1.0])).apply(tip[:, b, :3])
         for k, name in enumerate(("out_of_plane", "in_plane")):
             expected = seen[f"tip_{name}_{b + 1}"]
-            assert np.abs(turned[:, k] - expected).max() < 2e-3 + scene.about["accuracy"]
+            # ideal actuators jump at each step: the mean of both pitch angles acts, the channel shows the new one
+            jump = 0.5 / 60.0 * np.gradient(seen[f"pitch_{b + 1}"], seen.time) * seen[f"tip_out_of_plane_{b + 1}"]
+            assert (np.abs(turned[:, k] - expected) < 2e-3 + scene.about["accuracy"] + 2.0 * np.abs(jump)).all()
             assert np.ptp(expected) > 0.1
         assert np.abs(tip[:, b, 5] - seen[f"tip_twist_{b + 1}"]).max() < 0.004
 

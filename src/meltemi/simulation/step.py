@@ -531,6 +531,7 @@ def advance(  # noqa: PLR0913 - the whole run
         actuate(0.0, c, m)
         between(HELD_SHARE if clock.step > 0 else 0.0, c)
         physics(t, dt, evaluate, run, m)
+        complete(c)
         if diverged(m):
             clock.status = DIVERGED
             return
@@ -548,7 +549,6 @@ def advance(  # noqa: PLR0913 - the whole run
             for j in range(run.places.shape[0]):
                 run.output[clock.row, j] = run.signals[run.places[j]]
             clock.row += 1
-        complete(c)
         predict(dt, run, m)
         actuate(dt, c, m)
         begin_step(dt, m)
