@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from meltemi.compiler import kernel, loose
+from meltemi.compiler import loose
 from meltemi.simulation import step
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march

@@ -29,4 +29,4 @@ def _remembered(self: BaseFunction, context: Any, args: Any, kws: Any) -> Any:
     return known[key]
 
 
-BaseFunction.get_call_type = _remembered
+BaseFunction.get_call_type = _remembered  # type: ignore[method-assign]

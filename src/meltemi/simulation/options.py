@@ -202,7 +202,7 @@ class ModelOptions(Record):
     of outputs and of the controller."""
     integration: Literal["implicit", "explicit"] = "implicit"
     """Stiffness and structural damping in the time integration: implicit for all coordinates, exact for their free
-    vibrations; or explicit, with shorter steps, except for modes that are stiff, such as the shaft of a direct drive."""
+    vibrations; or explicit, in shorter steps, but for modes that are stiff, such as the shaft of a direct drive."""
 
     advanced: AdvancedOptions = AdvancedOptions()
     """Conventions of other codes and accuracy of the method, for comparisons and studies of convergence."""
