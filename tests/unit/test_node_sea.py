@@ -65,7 +65,7 @@ def pile_in_water(**water: Any) -> PileSystem:
     water = {"density": 1000.0, "depth": 20.0, "step": 0.5, "period": 1e30} | water
     return record(
         PileSystem, q=Q, v=V, a=A, structure=STRUCTURE, water=PileWater.of(**water), sea=SeaState.of(),
-        sea_levels=np.array([-20.0, 0.0]), sea_field=np.zeros((8, 13)), sea_current=np.zeros((2, 2)),
+        sea_levels=np.array([-20.0, 0.0]), sea_field=np.zeros((8, 13)), sea_now=np.zeros(13), sea_current=np.zeros((2, 2)),
         pile_nodes=nodes, pile_shape=shape, pile_load=table(PileLoad, {"node": 2}),
         core_force=np.zeros(2), core_mass=np.zeros((2, 2)),
     )  # fmt: skip
