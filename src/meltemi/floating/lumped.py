@@ -12,7 +12,6 @@ Hairer and Wanner (1996), IV.7.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from math import sqrt
 from typing import Any, ClassVar
@@ -147,8 +146,8 @@ def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> None:
 
 @kernel
 def last_equation(i: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym, Vec]:
-    """Matrix and right-hand side of the last segment of an eliminated string for the change of the last point's velocity,
-    with a half of its inertia, weight and drag."""
+    """Matrix and right-hand side of the last segment of an eliminated string for the change of the last point's
+    velocity, with a half of its inertia, weight and drag."""
     w, k = m.segments_alone, m.line_point.nodes - 1
     A, f = knot_equation(i, NONE, 0.5, h, theta, m)
     S, G = w.coupling[i, k], w.diagonal[i, k - 1]
@@ -391,5 +390,5 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         return part
     sizes = part.sizes | {"node": part.platform.segments}
     # beyond the last point there are further ones, of which nothing is used, to fill the lanes
-    segments = np.ones(LineSegment.shape(line=sizes["line"], node=LANES * math.ceil(sizes["node"] / LANES)))
+    segments = np.ones(LineSegment.shape(line=sizes["line"], node=sizes["node"] + -sizes["node"] % LANES))
     return LumpedPart(**vars(part) | {"sizes": sizes, "constants": part.constants | {"segments": segments}})

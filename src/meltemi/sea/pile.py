@@ -28,9 +28,11 @@ from meltemi.compiler import (
     View,
     kernel,
     number,
+    total,
     whole,
     xyz,
 )
+from meltemi.compiler.records import LANES
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross
 from meltemi.sea import pile_beam as pile
@@ -78,6 +80,7 @@ class PileNode(Table, axes="node"):
 class PileLoad(Table, axes="node"):
     """Loads of the water on the pieces of the pile."""
 
+    velocity: Vectors = xyz("m/s", "velocity of the piece")
     force: Vectors = xyz("N", "force of the water without that of the piece's acceleration, inertial axes")
     added: Numbers = number("kg", "added mass")
 
@@ -124,6 +127,10 @@ class PileSystem(System):
     pile_stations: Constant[Array1]
     pile_station: PileStationLoad
     pile_station_shape: Single[TowerShape]
+    pile_shape_rows: TowerShape
+    pile_load_rows: PileLoad
+
+    SAME = {"pile_shape_rows": "pile_shape", "pile_load_rows": "pile_load"}  # noqa: RUF012
 
 
 class Instant(NamedTuple):
@@ -182,9 +189,8 @@ def wet_part(n: int, m: PileSystem) -> tuple[float, float]:
 
 
 @kernel
-def water_force(n: int, low: float, high: float, vx: float, vy: float, m: PileSystem) -> float:
-    """Store the load of the water on node ``n``, wet from ``low`` to ``high``, which moves with (vx, vy); returns its
-    added mass [kg]."""
+def water_force(n: int, low: float, high: float, m: PileSystem) -> None:
+    """Load of the water on node ``n``, wet from ``low`` to ``high``, and its added mass."""
     w, node, load, levels, f = m.water, m.pile_nodes, m.pile_load, m.sea_levels, m.sea_now
     elevation, wet = m.sea.elevation, high - low
     z = 0.5 * (low + high) - w.level
@@ -207,43 +213,47 @@ def water_force(n: int, low: float, high: float, vx: float, vy: float, m: PileSy
         uy += z * f[s + 1]
         ax += z * f[s + 2]
         ay += z * f[s + 3]
-    ux += m.sea_current[0, n] - vx
-    uy += m.sea_current[1, n] - vy
+    v = load.velocity[n]
+    ux += m.sea_current[0, n] - v.x
+    uy += m.sea_current[1, n] - v.y
     fx, fy = morison(w.density, node.drag[n], node.inertial[n], ux, uy, ax, ay)
-    added = w.density * node.added[n] * wet
     load.force[n] = Vec(wet * fx, wet * fy, 0.0)
-    load.added[n] = added
-    return added
+    load.added[n] = w.density * node.added[n] * wet
 
 
 @outer_forces.variant
 @kernel
 def pile_forces(t: float, m: PileSystem) -> None:
     """Forces of water on the coordinates of tower and pile, and its added mass in their mass matrix (H-25)."""
-    shape, w, v, load = m.pile_shape, m.water, m.v, m.pile_load
+    shape, w, load, rows = m.pile_shape_rows, m.water, m.pile_load, m.pile_load_rows
     now = cubic(t, w.step, w.period)
     for j in range(m.sea_now.shape[0]):
         m.sea_now[j] = at(now, m.sea_field, j)
     m.sea.elevation = m.sea_now[0]
+    for n in range(rows.nodes):
+        u = Vec(0.0, 0.0, 0.0)
+        for k in range(shape.modes):
+            u += m.v[k] * shape.displacement[k, n]
+        rows.velocity[n] = u
     for n in range(m.pile_nodes.nodes):
         low, high = wet_part(n, m)
-        if high <= low:
+        if high > low:
+            water_force(n, low, high, m)
+        else:
             load.force[n] = Vec(0.0, 0.0, 0.0)
             load.added[n] = 0.0
-            continue
-        vx, vy = 0.0, 0.0
-        for k in range(shape.modes):
-            s = shape.displacement[k, n]
-            vx += v[k] * s.x
-            vy += v[k] * s.y
-        added = water_force(n, low, high, vx, vy, m)
-        F = load.force[n]
-        for k in range(shape.modes):
-            s = shape.displacement[k, n]
-            m.core_force[k] += s.x * F.x + s.y * F.y
-            for j in range(k + 1):
-                r = shape.displacement[j, n]
-                m.core_mass[k, j] += added * (s.x * r.x + s.y * r.y)
+    for k in range(shape.modes):
+        push = 0.0
+        for n in range(rows.nodes):
+            s, F = shape.displacement[k, n], rows.force[n]
+            push += s.x * F.x + s.y * F.y
+        m.core_force[k] += total(push)
+        for j in range(k + 1):
+            added = 0.0
+            for n in range(rows.nodes):
+                s, r = shape.displacement[k, n], shape.displacement[j, n]
+                added += rows.added[n] * (s.x * r.x + s.y * r.y)
+            m.core_mass[k, j] += total(added)
 
 
 @kernel
@@ -290,11 +300,13 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
         u, F, M = piece_load(n, m)
         for i in range(out.stations):
             cut = m.pile_stations[i]
-            share = min(max((node.high[n] - cut) / (node.high[n] - node.low[n]), 0.0), 1.0)
-            if share > 0.0:
-                middle = Vec(u.x, u.y, 0.5 * (max(node.low[n], cut) + node.high[n]))
-                out.force[i] += share * F
-                out.moment[i] += share * (M + cross(middle - out.place[i], F))
+            if cut < node.high[n]:
+                middle, G, N = Vec(u.x, u.y, 0.5 * (max(node.low[n], cut) + node.high[n])), F, M
+                if cut > node.low[n]:
+                    share = (node.high[n] - cut) / (node.high[n] - node.low[n])
+                    G, N = share * F, share * M
+                out.force[i] += G
+                out.moment[i] += N + cross(middle - out.place[i], G)
     # loads of the tower base are in its axes, which tilt with it
     tilted = rotation(turned).T
     s.tower_station.force[0] = tilted @ s.tower_station.force[0]
@@ -365,9 +377,13 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> PilePart:
     member, foot = rotor.tower, float(support.position[0])
     edges = pile.pile_edges(support)
     z = 0.5 * (edges[1:] + edges[:-1])
+    pieces = member.beam.rigid_pieces(edges - foot, member.beam.at(z - foot, "axis"))
+    # pieces without length at the top fill the lanes
+    more = -len(z) % LANES
+    pieces, edges = np.pad(pieces, ((0, more), (0, 0), (0, 0))), np.append(edges, np.full(more, edges[-1]))
+    z = 0.5 * (edges[1:] + edges[:-1])
     nodes = PileNode.zeros(node=len(z))
     v = View(PileNode, nodes)
-    pieces = member.beam.rigid_pieces(edges - foot, member.beam.at(z - foot, "axis"))
     v["height"], v["low"], v["high"] = z, edges[:-1], edges[1:]
     v["mass"], v["lateral"] = pieces[:, 2, 2], pieces[:, 0, 0]
     v["inertia"] = np.stack([pieces[:, 3, 3], pieces[:, 4, 4], pieces[:, 5, 5]])
