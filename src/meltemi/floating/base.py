@@ -113,7 +113,7 @@ class FloaterSystem(System, MovingBase, Moorings):
     float_lines: Constant[Array2]
     float_forces: Constant[Array3]
     float_pole: Constant[Array2]
-    float_decay: Constant[Array2]
+    float_decay: Array2
     float_input: Constant[Array2]
     float_output: Constant[Array2]
     hull_shape: Constant[Array2]

@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from meltemi.compiler import (
+    WIDTH,
     KernelRecord,
     Numbers,
     Single,
@@ -30,7 +31,6 @@ from meltemi.compiler import (
     number,
     xyz,
 )
-from meltemi.compiler.records import LANES
 from meltemi.floating.base import point_motion
 from meltemi.floating.catenary import span
 from meltemi.floating.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
@@ -390,5 +390,5 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         return part
     sizes = part.sizes | {"node": part.platform.segments}
     # beyond the last point there are further ones, of which nothing is used, to fill the lanes
-    segments = np.ones(LineSegment.shape(line=sizes["line"], node=sizes["node"] + -sizes["node"] % LANES))
+    segments = np.ones(LineSegment.shape(line=sizes["line"], node=sizes["node"] + -sizes["node"] % WIDTH))
     return LumpedPart(**vars(part) | {"sizes": sizes, "constants": part.constants | {"segments": segments}})

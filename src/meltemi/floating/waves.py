@@ -156,7 +156,7 @@ def second_order(
     both[p == q] *= 0.5
     i, s = between(frequency, w)
     up = np.minimum(i + 1, len(frequency) - 1)
-    low, high = (1.0 - s[p]) * both, s[p] * both
+    low, high, before, after = (1.0 - s[p]) * both, s[p] * both, i[p] * n + q, up[p] * n + q
     for k in range(6):
         transfer = table[..., k]
         if not np.abs(transfer).any():
@@ -167,7 +167,8 @@ def second_order(
         if platform.drift == "newman" and not plus:
             pairs[k] = 0.5 * (mean[p] + mean[q]) * both
         else:
-            pairs[k] = low * with_second[i[p], q] + high * with_second[up[p], q]
+            pairs[k] = low * with_second.take(before)
+            pairs[k] += high * with_second.take(after)
     R = np.kron(np.eye(2), Rotation.from_euler("z", turn, degrees=True).as_matrix())
     return R @ F, further, R @ pairs
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.compiler import (
+    WIDTH,
     Array1,
     Array2,
     Constant,
@@ -32,7 +33,6 @@ from meltemi.compiler import (
     whole,
     xyz,
 )
-from meltemi.compiler.records import LANES
 from meltemi.maths.rotations import rotation
 from meltemi.maths.vectors import cross
 from meltemi.sea import pile_beam as pile
@@ -119,7 +119,7 @@ class PileSystem(System):
     sea: SeaState
     sea_levels: Constant[Array1]
     sea_field: Constant[Array2]
-    sea_now: Constant[Array1]
+    sea_now: Array1
     sea_current: Constant[Array2]
     pile_nodes: Single[PileNode]
     pile_shape: Single[TowerShape]
@@ -379,7 +379,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> PilePart:
     z = 0.5 * (edges[1:] + edges[:-1])
     pieces = member.beam.rigid_pieces(edges - foot, member.beam.at(z - foot, "axis"))
     # pieces without length at the top fill the lanes
-    more = -len(z) % LANES
+    more = -len(z) % WIDTH
     pieces, edges = np.pad(pieces, ((0, more), (0, 0), (0, 0))), np.append(edges, np.full(more, edges[-1]))
     z = 0.5 * (edges[1:] + edges[:-1])
     nodes = PileNode.zeros(node=len(z))
