@@ -25,6 +25,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "aero/lag.py": (),
     "aero/polars.py": (),
     "wind/velocity.py": (),
+    "floating/segments.py": (),
     "vortex/near_wake.py": ("over_ages", "trail_velocity", "far_wake", "thrust_weight"),
     "structure/blades.py": ("node_motion", "collect_node"),
     "structure/equations.py": ("inertia_about",),

@@ -16,7 +16,7 @@ from meltemi.compiler import Sym, Vec, View
 from meltemi.floating import floater, lumped, mooring
 from meltemi.floating.base import DragStrip, Floater, FloaterSystem, PlatformState, RadiationState
 from meltemi.floating.floater import floater_forces
-from meltemi.floating.lumped import Elimination, LinePoint, LineState, LumpedSystem
+from meltemi.floating.lumped import LineState, LumpedSystem
 from meltemi.floating.mooring import NONE, FreePoint, Line, LineEnd, LineLoad, LineOrder, PointState
 from meltemi.floating.moving_base import (
     Base,
@@ -26,6 +26,7 @@ from meltemi.floating.moving_base import (
     base_motion,
 )
 from meltemi.floating.potential import HydroCoefficients
+from meltemi.floating.segments import LinePoint, LineSegment
 from meltemi.floating.waves import HEADINGS, displaced_forces
 from meltemi.sea.airy import wave_number
 from meltemi.simulation.step import DIVERGED, OK, begin_parts_step, check_parts, outer_section_loads, part_rates
@@ -427,6 +428,7 @@ def test_radiation_remembers_the_velocity_as_its_poles_say() -> None:
     m.radiation = table(RadiationState, {"mode": 1}, real=[0.7], imaginary=[-0.4])
     m.d_radiation = table(RadiationState, {"mode": 1})
     m.float_pole, m.float_input = np.array([[-0.3, 0.8]]), np.arange(12.0)[None] - 4.0
+    m.float_decay = np.zeros((1, 5))
     pole, B, z = -0.3 + 0.8j, np.arange(6) - 4.0 + 1j * (np.arange(6) + 2.0), 0.7 - 0.4j
     dt = 1.3
     m.a[LAST] = 0.2, 0.1, -0.3, 0.0, 0.05, 0.0
@@ -488,10 +490,11 @@ def moving_line(x: Float, v: Float, start: Any, **changes: float) -> Any:
     """A line of four segments with points (3, 4), the last one its fairlead."""
     constants = {name: [value] for name, value in (CONSTANTS | changes).items()}
     order = {key: [NONE] for key in ("below", "point", "head", "foot", "onward", "back", "knot")}
+    segments = table(LineSegment, {"line": 1, "node": N})
     m = floating(
         line_point=table(LinePoint, {"line": 1, "node": N}, position=x[:, None], velocity=v[:, None]),
         line_state=table(LineState, {"line": 1}, begun=[1.0], start=np.array(start, dtype=float)[:, None]),
-        elimination=table(Elimination, {"line": 1, "node": N}), line=table(Line, {"line": 1}, **constants),
+        segments=segments, segments_alone=segments, line=table(Line, {"line": 1}, **constants),
         line_order=table(LineOrder, {"line": 1}, **order), line_end=table(LineEnd, {"line": 1}),
         line_load=table(LineLoad, {"line": 1}),
         faults=record(FloaterSystem, line_lost=np.zeros(1)),

@@ -62,11 +62,13 @@ def pile_in_water(**water: Any) -> PileSystem:
         lateral=[1000.0, 600.0], inertia=np.full((3, 2), 50.0), soil=[7e3, 0.0], soil_damping=[3e3, 0.0],
         drag=[2.0, 3.0], inertial=[5.0, 6.0], added=[4.0, 3.5],
     )  # fmt: skip
+    load = table(PileLoad, {"node": 2})
     water = {"density": 1000.0, "depth": 20.0, "step": 0.5, "period": 1e30} | water
     return record(
         PileSystem, q=Q, v=V, a=A, structure=STRUCTURE, water=PileWater.of(**water), sea=SeaState.of(),
-        sea_levels=np.array([-20.0, 0.0]), sea_field=np.zeros((8, 13)), sea_current=np.zeros((2, 2)),
-        pile_nodes=nodes, pile_shape=shape, pile_load=table(PileLoad, {"node": 2}),
+        sea_levels=np.array([-20.0, 0.0]), sea_field=np.zeros((8, 13)), sea_now=np.zeros(13),
+        sea_current=np.zeros((2, 2)),
+        pile_nodes=nodes, pile_shape=shape, pile_shape_rows=shape, pile_load=load, pile_load_rows=load,
         core_force=np.zeros(2), core_mass=np.zeros((2, 2)),
     )  # fmt: skip
 

@@ -4,4 +4,4 @@ The public name is in ``meltemi.turbine`` (platform).
 """
 
 FEATURE = "the floating platform"
-KERNELS = ("base.py", "moving_base.py", "floater.py", "catenary.py", "lumped.py", "mooring.py")
+KERNELS = ("base.py", "moving_base.py", "floater.py", "catenary.py", "lumped.py", "mooring.py", "segments.py")

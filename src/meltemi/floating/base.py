@@ -93,6 +93,7 @@ class FloaterSystem(System, MovingBase, Moorings):
       float_lines, float_forces: (M, 3), (H, M, 12) waves that push the platform where it is: frequency, wave numbers,
         and forces at its headings, real parts first.
       float_pole, float_input, float_output: (P, 2), (P, 12), (P, 12) oscillations of the radiation, real parts first.
+      float_decay: (P, 5) step, what the oscillations keep over it, and the integral of that, real parts first.
       float_flow: (T, 3 P) velocity of the water at the strips.
       hull_shape: (k, 6) mean motion of the hull of a flexible platform by the k modes of tower and frame; of a rigid
         one (0, 6).
@@ -112,6 +113,7 @@ class FloaterSystem(System, MovingBase, Moorings):
     float_lines: Constant[Array2]
     float_forces: Constant[Array3]
     float_pole: Constant[Array2]
+    float_decay: Array2
     float_input: Constant[Array2]
     float_output: Constant[Array2]
     hull_shape: Constant[Array2]

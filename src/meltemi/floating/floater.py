@@ -16,7 +16,7 @@ from typing import Any, ClassVar, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import Array3, KernelRecord, Rot, Sym, Table, Vec, View, by_record, kernel, whole
+from meltemi.compiler import Array2, Array3, KernelRecord, Rot, Sym, Table, Vec, View, by_record, kernel, whole
 from meltemi.core.errors import InputError
 from meltemi.floating.balance import check_balance, check_reach
 from meltemi.floating.base import (
@@ -134,6 +134,23 @@ def displaced_waves(t: float, m: FloaterSystem) -> tuple[Vec, Vec]:
 
 
 @kernel
+def part_of_six(x: Array2, n: int, j: int) -> tuple[Vec, Vec]:
+    """Six neighbours in a row as two vectors."""
+    return Vec(x[n, j], x[n, j + 1], x[n, j + 2]), Vec(x[n, j + 3], x[n, j + 4], x[n, j + 5])
+
+
+@kernel
+def radiated(m: FloaterSystem) -> tuple[Vec, Vec]:
+    """Force and moment of the waves that past motion has radiated (W-4, W-5)."""
+    x, F, M = m.radiation, Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0)
+    for n in range(x.modes):
+        (f, g), (h, k) = part_of_six(m.float_output, n, 0), part_of_six(m.float_output, n, 6)
+        F -= x.real[n] * f - x.imaginary[n] * h
+        M -= x.real[n] * g - x.imaginary[n] * k
+    return F, M
+
+
+@kernel
 def water_load(t: float, m: FloaterSystem) -> None:
     """Loads of the water but for added mass, in ``base_six``, with further ones (W-8 to W-10)."""
     p, f, x, K = m.platform, m.floater, m.base_six, m.float_matrices
@@ -144,16 +161,16 @@ def water_load(t: float, m: FloaterSystem) -> None:
     keep_six(PLACE, p.displacement, angle, m)
     keep_six(AGAINST_CURRENT, velocity - R.T @ f.current, turning, m)
     p.elevation = at(now, a, 0)
+    F, M = radiated(m)
+    keep_six(WATER_LOAD, F, M, m)
     for k in range(6):
-        water = at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
+        water = x[WATER_LOAD, k] + at(now, a, k + 1) - (p.bias.x * K[k, 0] + p.bias.y * K[k, 1] + p.bias.z * K[k, 2])
         water -= known.x * K[k, 3] + known.y * K[k, 4] + known.z * K[k, 5]
         other, drag = 0.0 * water, 0.0 * water
         for j in range(6):
             other -= K[FURTHER + k, j] * x[PLACE, j]
             drag -= K[LINEAR + k, j] * x[BODY_VELOCITY, j]
             drag -= K[QUADRATIC + k, j] * (x[AGAINST_CURRENT, j] * abs(x[AGAINST_CURRENT, j]))
-        for n in range(m.radiation.modes):
-            water -= m.float_output[n, k] * m.radiation.real[n] - m.float_output[n, 6 + k] * m.radiation.imaginary[n]
         x[WATER_LOAD, k], x[FURTHER_LOAD, k], x[BODY_DRAG, k] = water, other, drag
     # lift and moments of the water turn with the heading
     lift = f.displaced * Vec(1.0, f.buoyancy_y, -f.buoyancy_x)
@@ -317,34 +334,48 @@ def floater_forces(t: float, m: FloaterSystem) -> None:
 
 
 @kernel
-def driven(n: int, dt: float, m: FloaterSystem) -> tuple[float, float]:
-    """Rate of an oscillation of the radiation from the mean velocity over a step that ends now (W-4)."""
-    first, J = first_moving(m), m.platform_columns
-    re, im = 0.0 * m.v[first], 0.0 * m.v[first]
-    for k in range(J.shape[0]):
+def mean_motion(dt: float, m: FloaterSystem) -> tuple[Vec, Vec]:
+    """Mean velocity and angular velocity of the platform's point over a step that ends now."""
+    V, W, first = Vec(0.0, 0.0, 0.0), Vec(0.0, 0.0, 0.0), first_moving(m)
+    for k in range(m.platform_columns.shape[0]):
+        T, turning = column(k, m)
         rate = m.v[first + k] - 0.5 * dt * m.a[first + k]
-        for j in range(6):
-            re += m.float_input[n, j] * J[k, j] * rate
-            im += m.float_input[n, 6 + j] * J[k, j] * rate
-    return re, im
+        V += rate * T
+        W += rate * turning
+    return V, W
+
+
+@kernel
+def driven(n: int, V: Vec, W: Vec, m: FloaterSystem) -> tuple[float, float]:
+    """Rate of an oscillation of the radiation by the velocities of the platform (W-4)."""
+    (a, b), (c, d) = part_of_six(m.float_input, n, 0), part_of_six(m.float_input, n, 6)
+    return dot(a, V) + dot(b, W), dot(c, V) + dot(d, W)
+
+
+@kernel
+def decay(n: int, dt: float, m: FloaterSystem) -> None:
+    """Set what an oscillation of the radiation keeps over a step, exp(p dt), and its integral."""
+    s, z, x = m.float_pole[n, 0], m.float_pole[n, 1], m.float_decay
+    size, square = exp(s * dt), s * s + z * z
+    c, d = size * cos(z * dt), size * sin(z * dt)
+    # (exp(p dt) - 1) / p
+    x[n, 0], x[n, 1], x[n, 2] = dt, c, d
+    x[n, 3], x[n, 4] = ((c - 1.0) * s + d * z) / square, (d * s - (c - 1.0) * z) / square
 
 
 @begin_parts_step.variant
 @kernel
 def floater_begin(dt: float, m: FloaterSystem) -> None:
     """Advance the radiation, exactly for the mean velocity over the step (W-4)."""
-    x = m.radiation
+    x, keeps, (V, W) = m.radiation, m.float_decay, mean_motion(dt, m)
     for n in range(x.modes):
-        s, z = m.float_pole[n, 0], m.float_pole[n, 1]
-        size = exp(s * dt)
-        c, d = size * cos(z * dt), size * sin(z * dt)
-        re, im = driven(n, dt, m)
-        # (exp(p dt) - 1) / p
-        g, h, square = c - 1.0, d, s * s + z * z
-        gr, gi = (g * s + h * z) / square, (h * s - g * z) / square
+        if keeps[n, 0] != dt:
+            decay(n, dt, m)
+        c, d, g, h = keeps[n, 1], keeps[n, 2], keeps[n, 3], keeps[n, 4]
+        re, im = driven(n, V, W, m)
         a, b = x.real[n], x.imaginary[n]
-        x.real[n] = c * a - d * b + gr * re - gi * im
-        x.imaginary[n] = c * b + d * a + gr * im + gi * re
+        x.real[n] = c * a - d * b + g * re - h * im
+        x.imaginary[n] = c * b + d * a + g * im + h * re
 
 
 @check_parts.variant
@@ -360,10 +391,10 @@ def floater_upright(m: FloaterSystem, run: March) -> None:
 @kernel
 def floater_rates(m: FloaterSystem) -> None:
     """Rates of the radiation (W-4)."""
-    x, rate = m.radiation, m.d_radiation
+    x, rate, (V, W) = m.radiation, m.d_radiation, mean_motion(0.0, m)
     for n in range(x.modes):
         s, z = m.float_pole[n, 0], m.float_pole[n, 1]
-        re, im = driven(n, 0.0, m)
+        re, im = driven(n, V, W, m)
         rate.real[n] = s * x.real[n] - z * x.imaginary[n] + re
         rate.imaginary[n] = s * x.imaginary[n] + z * x.real[n] + im
 
@@ -538,6 +569,7 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
         **mooring_tables(platform.lines, platform.points, platform.depth, rho, platform.segments),
         "float_matrices": np.concatenate([rho * c.infinite, rho * c.hydrostatic, *further]),
         "float_pole": np.stack([radiation.pole.real, radiation.pole.imag], axis=1),
+        "float_decay": np.zeros((sizes["mode"], 5)),
         "float_input": fitted[0],
         "float_output": rho * fitted[1],
         "d_radiation": RadiationState.zeros(mode=sizes["mode"]),

@@ -14,49 +14,51 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
+
+import numpy as np
 
 from meltemi.compiler import (
+    WIDTH,
     KernelRecord,
     Numbers,
     Single,
     Sym,
-    Symmetrics,
     Table,
     Vec,
     Vectors,
     kernel,
     number,
-    symmetric,
     xyz,
 )
-from meltemi.floating.base import FloaterSystem, point_motion
+from meltemi.floating.base import point_motion
 from meltemi.floating.catenary import span
 from meltemi.floating.floater import FloaterPart, add_mass, line_pull, settle_junctions, settle_points, static_pull
 from meltemi.floating.floater import part_of as static_part
 from meltemi.floating.mooring import NONE, dyad, hang_all, holds, inverse, is_held, line_of, pulls
+from meltemi.floating.segments import (
+    LinePoint,
+    LineSegment,
+    SegmentSystem,
+    force_rate,
+    halves,
+    line_equations,
+    point_equation,
+    segment,
+    slack,
+    spring,
+)
 from meltemi.maths.vectors import cross, dot
 from meltemi.simulation.step import DIVERGED, begin_parts_step, check_parts
 from meltemi.simulation.system import March
 
 THETA = 0.5
 """Weight of the end of a step: second order, without numerical damping (W-27)."""
-BED_STIFFNESS, BED_DAMPING = 3e6, 3e5
-"""[Pa/m], [Pa s/m] of the sea bed below a line, over its diameter; the defaults of MoorDyn."""
-CREEP = 0.01
-"""[m/s] velocity of a point on the bed below which friction grows linearly."""
 LONGEST = 2.0
 """Length of a segment over that without tension beyond which a line has diverged: a run ends."""
 BEGUN, BROKEN = 1.0, 2.0
 RELAXATIONS, LONG_STEP = 200, 0.5
 """Steps without velocity [s] from the static shape of a continuous line to that of the points."""
-
-
-class LinePoint(Table, axes="line node"):
-    """Points of lines on the way to the last point of their string: a fairlead, or a junction."""
-
-    position: Vectors = xyz("m", "state: position")
-    velocity: Vectors = xyz("m/s", "state: velocity")
 
 
 class LineState(Table, axes="line"):
@@ -67,20 +69,10 @@ class LineState(Table, axes="line"):
     start_velocity: Vectors = xyz("m/s", "state: velocity of the first end of the string")
 
 
-class Elimination(Table, axes="line node"):
-    """Rows of the tridiagonal system of a line."""
-
-    inverse: Symmetrics = symmetric("1/kg", "inverse of the reduced block on the diagonal")
-    beyond: Symmetrics = symmetric("kg", "block of the point above, with the opposite sign")
-    right: Vectors = xyz("kg m/s", "reduced right-hand side")
-
-
-class LumpedSystem(FloaterSystem):
+class LumpedSystem(SegmentSystem):
     """A floating turbine on moving lines."""
 
-    line_point: Single[LinePoint]
     line_state: Single[LineState]
-    elimination: Single[Elimination]
 
 
 @kernel
@@ -93,154 +85,73 @@ def reduced(A: Sym, S: Sym, G: Sym) -> Sym:
 
 
 @kernel
-def segment(i: int, d: Vec, change: Vec, m: LumpedSystem) -> tuple[Vec, float, float, float]:
-    """Direction of a segment between ends ``d`` [m] apart, its length, tension without, and with damping (W-24).
-
-    Args:
-      change: [m/s] rate of ``d``.
-    """
-    length, size = m.line.length[i] / m.line_point.nodes, sqrt(dot(d, d))
-    e = (1.0 / size) * d
-    taut = max(m.line.stiffness[i] * (size / length - 1.0), 0.0)
-    return e, size, taut, taut + m.line.damping[i] / length * dot(change, e)
-
-
-class Spring(NamedTuple):
-    """A segment in a step: direction, tension with damping, stiffness [N/m] across and along, block of the matrix."""
-
-    direction: Vec
-    tension: float
-    across: float
-    along: float
-    block: Sym
-
-
-class Point(NamedTuple):
-    """A point of a line: place, velocity, and what lines give it: drag and inertia across and along, mass in water,
-    area on the bed, friction there."""
-
-    place: Vec
-    velocity: Vec
-    drag: float
-    axial_drag: float
-    inertia: float
-    axial_inertia: float
-    mass: float
-    area: float
-    friction: float
+def gather(i: int, m: LumpedSystem) -> None:
+    """Segments of a line, from the last point before it, and the motion of its points."""
+    s, w, last = m.line_point, m.segments_alone, m.line_point.nodes - 1
+    way, rate = first_segment(i, m)
+    for k in range(last + 1):
+        w.way[i, k], w.rate[i, k] = way, rate
+        w.height[i, k], w.velocity[i, k] = s.position[i, k].z, s.velocity[i, k]
+        if k < last:
+            way, rate = s.position[i, k + 1] - s.position[i, k], s.velocity[i, k + 1] - s.velocity[i, k]
+        w.next_way[i, k], w.next_rate[i, k] = way, rate
 
 
 @kernel
-def spring(j: int, d: Vec, change: Vec, a: float, b: float, m: LumpedSystem) -> Spring:
-    """A segment of line ``j``; ``a``, ``b`` are the weights [s], [s^2] of its damping and stiffness (W-25)."""
-    line, length = m.line, m.line.length[j] / m.line_point.nodes
-    e, size, taut, T = segment(j, d, change, m)
-    across = taut / size
-    along = (line.stiffness[j] / length if taut > 0.0 else 0.0 * taut) - across
-    return Spring(e, T, across, along, dyad(b * across, b * along + a * line.damping[j] / length, e))
+def knot_equation(i: int, j: int, share: float, h: float, theta: float, m: LumpedSystem) -> tuple[Sym, Vec]:
+    """Block and right-hand side of the last point of line ``i``, before line ``j`` or, if there is none, of a string,
+    with a share of half a segment of each line."""
+    w, k, a, b = m.segments_alone, m.line_point.nodes - 1, theta * h, theta * h * theta * h
+    way, rate = w.way[i, k], w.rate[i, k]
+    below, above, next_rate, onward, clumped = spring(i, way, rate, a, b, m), slack(way.x), 0.0 * rate, i, NONE
+    if j >= 0:
+        above, next_rate, onward, clumped = (
+            spring(j, w.way[j, 0], w.rate[j, 0], a, b, m),
+            w.rate[j, 0],
+            j,
+            m.line_order.knot[i],
+        )
+        way += w.way[j, 0]
+    p, v, z = halves(i, onward, share, m), w.velocity[i, k], w.height[i, k]
+    A, f = point_equation(p, z, v, h, a, way, below, above, m)
+    if clumped >= 0:
+        more, C = clump(clumped, v, a, m)
+        f, A = f + more, A + C
+    return A, h * f + (h * a) * force_rate(p, z, v, rate, next_rate, below, above, m)
 
 
 @kernel
-def slack(x: float) -> Spring:
-    """No segment, in the number type of ``x``."""
-    zero = 0.0 * x
-    nothing = Vec(zero, zero, zero)
-    return Spring(nothing, zero, zero, zero, dyad(zero, zero, nothing))
-
-
-@kernel
-def halves(i: int, j: int, share: float, x: Vec, v: Vec, m: LumpedSystem) -> Point:
-    """A point at ``x`` that moves with ``v``, with a share of half a segment of each of two lines."""
-    line, a, b = m.line, 0.5 * m.line.length[i] / m.line_point.nodes, 0.5 * m.line.length[j] / m.line_point.nodes
-    return Point(
-        x,
-        v,
-        share * (a * line.drag[i] + b * line.drag[j]),
-        share * (a * line.axial_drag[i] + b * line.axial_drag[j]),
-        share * (a * line.inertia[i] + b * line.inertia[j]),
-        share * (a * line.axial_inertia[i] + b * line.axial_inertia[j]),
-        share * (a * line.mass[i] + b * line.mass[j]),
-        share * (a * line.diameter[i] + b * line.diameter[j]),
-        line.friction[i],
-    )
-
-
-@kernel
-def point_equation(
-    p: Point, h: float, a: float, way: Vec, below: Spring, above: Spring, m: LumpedSystem
-) -> tuple[Sym, Vec]:
-    """Matrix of a point, and force on it without the change of springs in the step (W-24 to W-26).
-
-    Args:
-      h, a: [s] time step, and its part after which forces act.
-      way: direction from the point below to that above.
-    """
-    v = p.velocity
-    vt = dot(v, way)
-    vn = v - vt * way
-    across, along = p.drag * sqrt(dot(vn, vn)), p.axial_drag * abs(vt)
-    weight = m.structure.gravity * p.mass
-    A = dyad(p.inertia + a * across, (p.axial_inertia - p.inertia) + a * (along - across), way)
-    A += below.block + above.block
-    f = above.tension * above.direction - below.tension * below.direction
-    f = f - across * vn - (along * vt) * way - Vec(0.0, 0.0, weight)
-    deep = m.floater.bed - p.place.z
-    if deep > 0.0:
-        hold = p.friction * weight / max(sqrt(v.x * v.x + v.y * v.y), CREEP)
-        f += Vec(-hold * v.x, -hold * v.y, p.area * (BED_STIFFNESS * deep - BED_DAMPING * v.z))
-        A += Sym(h * hold, h * hold, p.area * (a * BED_DAMPING + a * a * BED_STIFFNESS), 0.0, 0.0, 0.0)
-    return A, f
-
-
-@kernel
-def force_rate(p: Point, v_low: Vec, v_up: Vec, below: Spring, above: Spring, m: LumpedSystem) -> Vec:
-    """Rate of the force on a point by springs and sea bed at the present velocities, with those of its neighbours."""
-    v = p.velocity
-    up, down = v_up - v, v - v_low
-    rate = above.across * up + (above.along * dot(above.direction, up)) * above.direction
-    rate = rate - below.across * down - (below.along * dot(below.direction, down)) * below.direction
-    if m.floater.bed - p.place.z > 0.0:
-        rate += Vec(0.0, 0.0, -p.area * BED_STIFFNESS * v.z)
-    return rate
-
-
-@kernel
-def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym, Vec]:
-    """Eliminate the points of a string, from its first line to the last point (W-24 to W-27).
-
-    Returns:
-      Matrix and right-hand side of the last segment for the change of the last point's velocity, with a half of its
-      inertia, weight and drag.
-    """
-    s, w, order, n = m.line_point, m.elimination, m.line_order, m.line_point.nodes
-    a, b = theta * h, theta * h * theta * h
-    low, v_low = m.line_state.start[first], m.line_state.start_velocity[first]
-    x, v, below = low, v_low, slack(low.x)
-    G, right = below.block, below.direction
-    i, k, j, q = NONE, NONE, first, 0  # line and number of the present point, and of the next one
-    while j >= 0:
-        up, v_up = s.position[j, q], s.velocity[j, q]
-        above = spring(j, up - x, v_up - v, a, b, m)
-        if i >= 0:
-            p, way = halves(i, j, 1.0, x, v, m), up - low
-            A, f = point_equation(p, h, a, (1.0 / sqrt(dot(way, way))) * way, below, above, m)
-            if k == n - 1 and order.knot[i] >= 0:
-                more, C = clump(order.knot[i], v, a, m)
-                f, A = f + more, A + C
-            rate = force_rate(p, v_low, v_up, below, above, m)
-            A, right = reduced(A, below.block, G), h * f + (h * a) * rate + below.block @ (G @ right)
+def eliminate(first: int, h: float, theta: float, m: LumpedSystem) -> None:
+    """Eliminate the points of a string, from its first line to the last but one point (W-24 to W-27)."""
+    w, last, i = m.segments_alone, m.line_point.nodes - 1, first
+    while i >= 0:
+        gather(i, m)
+        line_equations(i, h, theta, m)
+        i = m.line_order.onward[i]
+    G, right = slack(w.velocity[first, 0].x).block, 0.0 * w.velocity[first, 0]
+    i = first
+    while i >= 0:
+        j = m.line_order.onward[i]
+        for k in range(last if j < 0 else last + 1):
+            A, f = w.diagonal[i, k], w.right[i, k]
+            if k == last:
+                A, f = knot_equation(i, j, 1.0, h, theta, m)
+            S = w.coupling[i, k]
+            A, right = reduced(A, S, G), f + S @ (G @ right)
             G = inverse(A)
-            w.inverse[i, k] = G
-            w.beyond[i, k] = above.block
+            w.diagonal[i, k] = G
             w.right[i, k] = right
-        low, v_low, x, v, below = x, v, up, v_up, above
-        i, k, q = j, q, q + 1
-        if q == n:
-            q, j = 0, order.onward[j]
-    p, way, above = halves(i, i, 0.5, x, v, m), x - low, slack(low.x)
-    A, f = point_equation(p, h, a, (1.0 / sqrt(dot(way, way))) * way, below, above, m)
-    rate = force_rate(p, v_low, v, below, above, m)
-    return reduced(A, below.block, G), h * f + (h * a) * rate + below.block @ (G @ right)
+        i = j
+
+
+@kernel
+def last_equation(i: int, h: float, theta: float, m: LumpedSystem) -> tuple[Sym, Vec]:
+    """Matrix and right-hand side of the last segment of an eliminated string for the change of the last point's
+    velocity, with a half of its inertia, weight and drag."""
+    w, k = m.segments_alone, m.line_point.nodes - 1
+    A, f = knot_equation(i, NONE, 0.5, h, theta, m)
+    S, G = w.coupling[i, k], w.diagonal[i, k - 1]
+    return reduced(A, S, G), f + S @ (G @ w.right[i, k - 1])
 
 
 @kernel
@@ -253,16 +164,17 @@ def clump(p: int, v: Vec, a: float, m: LumpedSystem) -> tuple[Vec, Sym]:
 @kernel
 def substitute(i: int, h: float, theta: float, further: Vec, m: LumpedSystem) -> None:
     """Move the points of a string, whose last one changes its velocity by ``further``, back to the first one."""
-    s, w, order, k = m.line_point, m.elimination, m.line_order, m.line_point.nodes - 2
-    j = order.finish[i]
+    s, w, j, last = m.line_point, m.segments_alone, m.line_order.finish[i], m.line_point.nodes - 1
+    k, S = last - 1, w.coupling[j, last]
     while j >= 0:
-        further = w.inverse[j, k] @ (w.right[j, k] + w.beyond[j, k] @ further)
+        further = w.diagonal[j, k] @ (w.right[j, k] + S @ further)
         v = s.velocity[j, k]
         s.position[j, k] = s.position[j, k] + h * (v + theta * further)
         s.velocity[j, k] = v + further
+        S = w.coupling[j, k]
         k -= 1
         if k < 0:
-            j, k = order.back[j], m.line_point.nodes - 1
+            j, k = m.line_order.back[j], last
 
 
 @kernel
@@ -276,7 +188,8 @@ def march_junction(p: int, h: float, theta: float, m: LumpedSystem) -> None:
             if order.foot[i] == p:
                 x.start_velocity[i] = (1.0 / h) * (m.line_end.upper[i] - x.start[i])
             place, v = s.position[order.finish[i], last], s.velocity[order.finish[i], last]
-            more, right = eliminate(order.start[i], h, theta, m)
+            eliminate(order.start[i], h, theta, m)
+            more, right = last_equation(order.finish[i], h, theta, m)
             A, r = A + more, r + right
     f, more = clump(p, v, theta * h, m)
     change = inverse(A + more) @ (r + h * f)
@@ -476,5 +389,6 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> FloaterPart:
     if part.platform.line_model == "static":
         return part
     sizes = part.sizes | {"node": part.platform.segments}
-    work = {"elimination": Elimination.zeros(line=sizes["line"], node=sizes["node"])}
-    return LumpedPart(**vars(part) | {"sizes": sizes, "constants": part.constants | work})
+    # beyond the last point there are further ones, of which nothing is used, to fill the lanes
+    segments = np.ones(LineSegment.shape(line=sizes["line"], node=sizes["node"] + -sizes["node"] % WIDTH))
+    return LumpedPart(**vars(part) | {"sizes": sizes, "constants": part.constants | {"segments": segments}})

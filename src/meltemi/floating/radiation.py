@@ -6,6 +6,8 @@ Reference: docs/theory/floating.md (W-3 to W-6); Cummins (1962); Juang & Pappa (
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 import scipy.linalg
@@ -74,14 +76,21 @@ class Radiation:
         return np.asarray((one + other).real)
 
 
-def damping_at(coefficients: HydroCoefficients, frequency: Float) -> Float:
+class RadiationDamping(NamedTuple):
+    """Radiation damping (F, 6, 6) over density at frequencies (F,) [rad/s], as in :class:`HydroCoefficients`."""
+
+    frequency: Float
+    damping: Float
+
+
+def damping_at(coefficients: HydroCoefficients | RadiationDamping, frequency: Float) -> Float:
     """(F, 6, 6) damping over density, linear between the frequencies of the coefficients from none at rest."""
     w = np.append(0.0, coefficients.frequency)
     B = np.concatenate([np.zeros((1, 6, 6)), coefficients.damping])
     return np.stack([np.interp(frequency, w, c) for c in B.reshape(len(w), -1).T], axis=-1).reshape(-1, 6, 6)
 
 
-def kernel(coefficients: HydroCoefficients, t: Float) -> Float:
+def kernel(coefficients: HydroCoefficients | RadiationDamping, t: Float) -> Float:
     """(T, 6, 6) retardation kernel over density: 2/pi int B cos(w t) dw, damping linear in between (W-3)."""
     fine = np.linspace(0.0, coefficients.frequency[-1], 8 * (len(coefficients.frequency) + 1))
     flat = damping_at(coefficients, fine).reshape(len(fine), -1)
@@ -93,11 +102,17 @@ def kernel(coefficients: HydroCoefficients, t: Float) -> Float:
 def fit_radiation(coefficients: HydroCoefficients) -> Radiation:
     """Fit the kernel by realisation of its Hankel matrix, with the lowest order that is accurate (W-5, W-6).
 
-    Without damping there is no memory.
+    Without damping there is no memory. The last fits are kept for further models of the same platforms.
 
     Raises:
       InputError: no fit is accurate and passive.
     """
+    return _fitted(coefficients.frequency.tobytes(), coefficients.damping.tobytes())
+
+
+@lru_cache(maxsize=16)
+def _fitted(frequency: bytes, damping: bytes) -> Radiation:
+    coefficients = RadiationDamping(np.frombuffer(frequency), np.frombuffer(damping).reshape(-1, 6, 6))
     t: Float = np.arange(0.0, MEMORY, STEP, dtype=np.float64)
     K = kernel(coefficients, t)
     # unit motions are those with equal damping
@@ -118,7 +133,7 @@ def fit_radiation(coefficients: HydroCoefficients) -> Radiation:
     return Radiation(pole, inputs, outputs, error, negative)
 
 
-def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: HydroCoefficients) -> Radiation:
+def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficients: RadiationDamping) -> Radiation:
     """Passive model of a group of motions, with the lowest accurate order."""
     some, n = list(motions), len(motions)
     scale = np.outer(size[some], size[some])
@@ -135,17 +150,17 @@ def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficien
     slow = scaled(damping_at(coefficients, SLOW))
     wide = np.linspace(0.0, 2.0 * coefficients.frequency[-1], 400)
 
-    def fit(poles: Complex, cuts: int) -> Radiation:
+    def fit(poles: Complex, cuts: int) -> tuple[Complex, Complex, Complex]:
         residue = _residues(poles, h, t, slow, wide, cuts)
         u, sv, vh = np.linalg.svd(residue)
         # residues of any rank as sums of products
         p, r = np.nonzero(sv > SMALL * sv.max())
         B, C = np.zeros((len(p), 6), dtype=complex), np.zeros((len(p), 6), dtype=complex)
         B[:, some], C[:, some] = vh[p, r] * size[some], u[p, :, r] * sv[p, r, None] * size[some]
-        trial = Radiation(poles[p], B, C, 0.0, 0.0)
-        error = float(np.sqrt(np.mean((scaled(trial.kernel(t)) - h) ** 2) / np.mean(h**2)))
-        least = np.linalg.eigvalsh(scaled(trial.damping(wide)))
-        return replace(trial, error=error, negative=max(0.0, -float(least.min()) / float(least.max())))
+        return poles[p], B, C
+
+    def error_of(found: Radiation) -> float:
+        return float(np.sqrt(np.mean((scaled(found.kernel(t)) - h) ** 2) / np.mean(h**2)))
 
     best = np.inf, np.zeros(0, dtype=np.complex128)
     for order in ORDERS:
@@ -154,11 +169,14 @@ def _group(K: Float, t: Float, size: Float, motions: tuple[int, ...], coefficien
         z = np.linalg.eigvals(A)
         poles = np.log(z[(np.abs(z) < 1.0) & (np.abs(z) > 1e-6)].astype(complex)) / STEP
         poles = poles[poles.imag >= -1e-9]
-        error = fit(poles, 1).error
+        error = error_of(Radiation(*fit(poles, 1), 0.0, 0.0))
         best = min(best, (error, poles), key=lambda each: each[0])
         if error < ACCURATE:
             break
-    return fit(best[1], CUTS)
+    found = Radiation(*fit(best[1], CUTS), 0.0, 0.0)
+    least = np.linalg.eigvalsh(scaled(found.damping(wide)))
+    negative = max(0.0, -float(least.min()) / float(least.max()))
+    return replace(found, error=error_of(found), negative=negative)
 
 
 def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float, cuts: int) -> Complex:
@@ -182,8 +200,10 @@ def _residues(poles: Complex, h: Float, t: Float, slow: Float, frequency: Float,
     Q, R = np.linalg.qr(real)
     rows = [np.kron(np.diag(np.sqrt(twice)), R), np.kron(np.eye(len(a)), firm * kept)]
     wanted = [(Q.T @ (h[:, a, b] * np.sqrt(twice))).T.ravel(), firm * slow[:, a, b].T.ravel()]
-    for _ in range(cuts):
+    for rounds in range(1, cuts + 1):
         x = np.linalg.lstsq(np.concatenate(rows), np.concatenate(wanted), rcond=1e-12)[0].reshape(len(a), 2 * P)
+        if rounds == cuts:
+            break
         fitted = np.zeros((len(frequency), n, n))
         fitted[:, a, b] = fitted[:, b, a] = target @ x.T
         least, direction = np.linalg.eigh(fitted)

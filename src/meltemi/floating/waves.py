@@ -117,8 +117,10 @@ def excitation(c: HydroCoefficients, waves: WaveComponents) -> Complex:
             f"platform.coefficients, which have {c.heading[0]:g} to {c.heading[-1]:g} deg"
         )
     X = np.concatenate([c.excitation[:1], c.excitation])  # constant below the lowest frequency
-    N, H = shares(np.append(0.0, c.frequency), waves.frequency), shares(c.heading, heading)
-    result: Complex = np.einsum("mf,mh,fhk->mk", N, H, X, optimize=True)
+    (i, s), (j, r) = between(np.append(0.0, c.frequency), waves.frequency), between(c.heading, heading)
+    i_up, j_up, s, r = np.minimum(i + 1, X.shape[0] - 1), np.minimum(j + 1, X.shape[1] - 1), s[:, None], r[:, None]
+    result: Complex = (1.0 - s) * ((1.0 - r) * X[i, j] + r * X[i, j_up])
+    result += s * ((1.0 - r) * X[i_up, j] + r * X[i_up, j_up])
     result[high] = 0.0
     return result
 
@@ -138,39 +140,46 @@ def second_order(
     a = amplitude[order]
     inside = (w >= frequency[0] - 1e-9) & (w <= frequency[-1] + 1e-9)
     w, a = w[inside], a[inside]
-    apart = w[:, None] + w if plus else w[:, None] - w
-    used = (apart > 1e-9) & (apart <= (0.0 if platform.drift == "mean" else platform.drift_cutoff))
-    twice, other = 2.0 * np.ones_like(apart), a.conj()
-    if plus:
-        used, twice, other = np.tri(len(w), dtype=bool), 2.0 - np.eye(len(w)), a
-    still = np.zeros(int(used.sum()))
-    further = WaveComponents(apart[used], still.astype(np.complex128), still, waves.period)
-    F, pairs = np.zeros(6), np.zeros((6, len(still)), dtype=np.complex128)
-    if not len(w):
+    rows, n = np.arange(len(w)), len(w)
+    first, last = np.zeros(n, dtype=int), rows + 1  # partners of each wave, at most as fast
+    if not plus:
+        first, last = np.searchsorted(w, w - (0.0 if platform.drift == "mean" else platform.drift_cutoff)), rows
+    count = np.maximum(last - first, 0)
+    p = np.repeat(rows, count)
+    q = np.arange(len(p)) + np.repeat(first - np.cumsum(count) + count, count)
+    still = np.zeros(len(p))
+    further = WaveComponents(w[p] + w[q] if plus else w[p] - w[q], still.astype(np.complex128), still, waves.period)
+    F, pairs = np.zeros(6), np.zeros((6, len(p)), dtype=np.complex128)
+    if not n:
         return F, further, pairs
-    N = shares(frequency, w)
+    both = 2.0 * a[p] * (a[q] if plus else a[q].conj())
+    both[p == q] *= 0.5
+    i, s = between(frequency, w)
+    up = np.minimum(i + 1, len(frequency) - 1)
+    low, high, before, after = (1.0 - s[p]) * both, s[p] * both, i[p] * n + q, up[p] * n + q
     for k in range(6):
         transfer = table[..., k]
         if not np.abs(transfer).any():
             continue
-        Q = N @ transfer @ N.T
-        mean = Q.diagonal().real
+        with_second = (1.0 - s) * transfer[:, i] + s * transfer[:, up]  # (D, n)
+        mean = ((1.0 - s) * with_second[i, rows] + s * with_second[up, rows]).real
         F[k] = 0.0 if plus else (np.abs(a) ** 2 * mean).sum()
         if platform.drift == "newman" and not plus:
-            Q = 0.5 * (mean[:, None] + mean).astype(np.complex128)
-        pairs[k] = (twice * (Q * np.outer(a, other)))[used]
+            pairs[k] = 0.5 * (mean[p] + mean[q]) * both
+        else:
+            pairs[k] = low * with_second.take(before)
+            pairs[k] += high * with_second.take(after)
     R = np.kron(np.eye(2), Rotation.from_euler("z", turn, degrees=True).as_matrix())
     return R @ F, further, R @ pairs
 
 
-def shares(known: Float, x: Float) -> Float:
-    """(X, N) shares with which values at increasing places (N,) give those at others (X,), linear between them."""
+def between(known: Float, x: Float) -> tuple[NDArray[np.intp], Float]:
+    """Index (X,) of the place before each of ``x`` (X,) among increasing places (N,), and its share of the way (X,) to
+    the next one; values there are linear between places, and beyond them."""
     if len(known) == 1:
-        return np.ones((len(x), 1))
+        return np.zeros(len(x), dtype=np.intp), np.zeros(len(x))
     i = np.clip(np.searchsorted(known, x) - 1, 0, len(known) - 2)
-    s, row, weights = (x - known[i]) / (known[i + 1] - known[i]), np.arange(len(x)), np.zeros((len(x), len(known)))
-    weights[row, i], weights[row, i + 1] = 1.0 - s, s
-    return weights
+    return i, (x - known[i]) / (known[i + 1] - known[i])
 
 
 def _in_direction(kind: str, c: HydroCoefficients, platform: Platform, direction: Float) -> tuple[Complex, float]:
@@ -192,4 +201,6 @@ def _in_direction(kind: str, c: HydroCoefficients, platform: Platform, direction
             "drift: none and no sum_forces, coefficients with more headings, or for a sea without spreading "
             "drift_directions: turned"
         )
-    return np.tensordot(shares(heading, near)[0], getattr(c, kind), 1), turn
+    (i,), (s,) = between(heading, near)
+    table = getattr(c, kind)
+    return (1.0 - s) * table[i] + s * table[min(i + 1, len(table) - 1)], turn

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.compiler import (
+    WIDTH,
     Array1,
     Array2,
     Constant,
@@ -28,6 +29,7 @@ from meltemi.compiler import (
     View,
     kernel,
     number,
+    total,
     whole,
     xyz,
 )
@@ -78,6 +80,7 @@ class PileNode(Table, axes="node"):
 class PileLoad(Table, axes="node"):
     """Loads of the water on the pieces of the pile."""
 
+    velocity: Vectors = xyz("m/s", "velocity of the piece")
     force: Vectors = xyz("N", "force of the water without that of the piece's acceleration, inertial axes")
     added: Numbers = number("kg", "added mass")
 
@@ -85,6 +88,7 @@ class PileLoad(Table, axes="node"):
 class PileStationLoad(Table, axes="station"):
     """Section loads of the pile; the first station is the mudline."""
 
+    place: Vectors = xyz("m", "place of the station, inertial axes")
     force: Vectors = xyz("N", "force of the upper part on the lower part, inertial axes")
     moment: Vectors = xyz("N m", "moment of the upper part on the lower part, inertial axes")
 
@@ -106,6 +110,7 @@ class PileSystem(System):
       sea_levels: (P,) [m] heights of the points of the field from still water, increasing to 0.
       sea_field: (T, 5 + 4 P) elevation, then velocity x and y and acceleration x and y at each point, and last their
         vertical derivatives at still water.
+      sea_now: (5 + 4 P,) the field at the present instant.
       sea_current: (2, N) [m/s] along x and y at the nodes.
       pile_stations: (S,) [m] heights of the stations of section loads, first the mudline.
     """
@@ -114,6 +119,7 @@ class PileSystem(System):
     sea: SeaState
     sea_levels: Constant[Array1]
     sea_field: Constant[Array2]
+    sea_now: Array1
     sea_current: Constant[Array2]
     pile_nodes: Single[PileNode]
     pile_shape: Single[TowerShape]
@@ -121,6 +127,10 @@ class PileSystem(System):
     pile_stations: Constant[Array1]
     pile_station: PileStationLoad
     pile_station_shape: Single[TowerShape]
+    pile_shape_rows: TowerShape
+    pile_load_rows: PileLoad
+
+    SAME = {"pile_shape_rows": "pile_shape", "pile_load_rows": "pile_load"}  # noqa: RUF012
 
 
 class Instant(NamedTuple):
@@ -171,17 +181,18 @@ def morison(
 
 
 @kernel
-def water_force(now: Instant, n: int, vx: float, vy: float, m: PileSystem) -> float:
-    """Store the load of the water on node ``n``, which moves with (vx, vy); returns its added mass [kg]."""
-    w, node, load, levels, f = m.water, m.pile_nodes, m.pile_load, m.sea_levels, m.sea_field
-    elevation = m.sea.elevation
-    surface = w.level if w.stretching == NONE else w.level + elevation
-    low, high = max(node.low[n], w.level - w.depth), min(node.high[n], surface)
-    wet = high - low
-    if wet <= 0.0:
-        load.force[n] = Vec(0.0, 0.0, 0.0)
-        load.added[n] = 0.0
-        return 0.0 * elevation
+def wet_part(n: int, m: PileSystem) -> tuple[float, float]:
+    """Heights [m] between which the water touches node ``n``; it does not if they do not increase."""
+    w, node = m.water, m.pile_nodes
+    surface = w.level if w.stretching == NONE else w.level + m.sea.elevation
+    return max(node.low[n], w.level - w.depth), min(node.high[n], surface)
+
+
+@kernel
+def water_force(n: int, low: float, high: float, m: PileSystem) -> None:
+    """Load of the water on node ``n``, wet from ``low`` to ``high``, and its added mass."""
+    w, node, load, levels, f = m.water, m.pile_nodes, m.pile_load, m.sea_levels, m.sea_now
+    elevation, wet = m.sea.elevation, high - low
     z = 0.5 * (low + high) - w.level
     place = stretched(w.stretching, z, elevation, w.depth)
     last = levels.shape[0] - 1
@@ -194,48 +205,55 @@ def water_force(now: Instant, n: int, vx: float, vy: float, m: PileSystem) -> fl
     share = (place - levels[i]) / (levels[i + 1] - levels[i])
     share = min(max(share, 0.0), 1.0)
     j, k = 1 + 4 * i, 5 + 4 * i
-    ux = (1.0 - share) * at(now, f, j) + share * at(now, f, k)
-    uy = (1.0 - share) * at(now, f, j + 1) + share * at(now, f, k + 1)
-    ax = (1.0 - share) * at(now, f, j + 2) + share * at(now, f, k + 2)
-    ay = (1.0 - share) * at(now, f, j + 3) + share * at(now, f, k + 3)
+    ux, uy = (1.0 - share) * f[j] + share * f[k], (1.0 - share) * f[j + 1] + share * f[k + 1]
+    ax, ay = (1.0 - share) * f[j + 2] + share * f[k + 2], (1.0 - share) * f[j + 3] + share * f[k + 3]
     if w.stretching == EXTRAPOLATION and z > 0.0:
         s = 5 + 4 * last
-        ux += z * at(now, f, s)
-        uy += z * at(now, f, s + 1)
-        ax += z * at(now, f, s + 2)
-        ay += z * at(now, f, s + 3)
-    ux += m.sea_current[0, n] - vx
-    uy += m.sea_current[1, n] - vy
+        ux += z * f[s]
+        uy += z * f[s + 1]
+        ax += z * f[s + 2]
+        ay += z * f[s + 3]
+    v = load.velocity[n]
+    ux += m.sea_current[0, n] - v.x
+    uy += m.sea_current[1, n] - v.y
     fx, fy = morison(w.density, node.drag[n], node.inertial[n], ux, uy, ax, ay)
-    added = w.density * node.added[n] * wet
     load.force[n] = Vec(wet * fx, wet * fy, 0.0)
-    load.added[n] = added
-    return added
+    load.added[n] = w.density * node.added[n] * wet
 
 
 @outer_forces.variant
 @kernel
 def pile_forces(t: float, m: PileSystem) -> None:
     """Forces of water on the coordinates of tower and pile, and its added mass in their mass matrix (H-25)."""
-    shape, w, v = m.pile_shape, m.water, m.v
+    shape, w, load, rows = m.pile_shape_rows, m.water, m.pile_load, m.pile_load_rows
     now = cubic(t, w.step, w.period)
-    m.sea.elevation = at(now, m.sea_field, 0)
+    for j in range(m.sea_now.shape[0]):
+        m.sea_now[j] = at(now, m.sea_field, j)
+    m.sea.elevation = m.sea_now[0]
+    for n in range(rows.nodes):
+        u = Vec(0.0, 0.0, 0.0)
+        for k in range(shape.modes):
+            u += m.v[k] * shape.displacement[k, n]
+        rows.velocity[n] = u
     for n in range(m.pile_nodes.nodes):
-        if m.pile_nodes.high[n] <= w.level - w.depth:
-            continue
-        vx, vy = 0.0, 0.0
-        for k in range(shape.modes):
-            s = shape.displacement[k, n]
-            vx += v[k] * s.x
-            vy += v[k] * s.y
-        added = water_force(now, n, vx, vy, m)
-        F = m.pile_load.force[n]
-        for k in range(shape.modes):
-            s = shape.displacement[k, n]
-            m.core_force[k] += s.x * F.x + s.y * F.y
-            for j in range(k + 1):
-                r = shape.displacement[j, n]
-                m.core_mass[k, j] += added * (s.x * r.x + s.y * r.y)
+        low, high = wet_part(n, m)
+        if high > low:
+            water_force(n, low, high, m)
+        else:
+            load.force[n] = Vec(0.0, 0.0, 0.0)
+            load.added[n] = 0.0
+    for k in range(shape.modes):
+        push = 0.0
+        for n in range(rows.nodes):
+            s, F = shape.displacement[k, n], rows.force[n]
+            push += s.x * F.x + s.y * F.y
+        m.core_force[k] += total(push)
+        for j in range(k + 1):
+            added = 0.0
+            for n in range(rows.nodes):
+                s, r = shape.displacement[k, n], shape.displacement[j, n]
+                added += rows.added[n] * (s.x * r.x + s.y * r.y)
+            m.core_mass[k, j] += total(added)
 
 
 @kernel
@@ -271,20 +289,24 @@ def pile_section_loads(m: PileSystem, s: Outputs) -> None:
     # the deflection of the tower is relative to its base
     s.chain.top_deflection -= moved + cross(turned, Vec(0.0, 0.0, m.structure.tower_length))
     for i in range(out.stations):
-        cut = m.pile_stations[i]
-        place = Vec(0.0, 0.0, cut)
+        place = Vec(0.0, 0.0, m.pile_stations[i])
         for k in range(shape.modes):
             station = m.pile_station_shape.displacement[k, i]
             place += q[k] * Vec(station.x, station.y, 0.0)
+        out.place[i] = place
         out.force[i] = s.tower_station.force[0]
         out.moment[i] = s.tower_station.moment[0] + cross(base - place, s.tower_station.force[0])
-        for n in range(node.nodes):
-            share = min(max((node.high[n] - cut) / (node.high[n] - node.low[n]), 0.0), 1.0)
-            if share > 0.0:
-                u, F, M = piece_load(n, m)
-                middle = Vec(u.x, u.y, 0.5 * (max(node.low[n], cut) + node.high[n]))
-                out.force[i] += share * F
-                out.moment[i] += share * (M + cross(middle - place, F))
+    for n in range(node.nodes):
+        u, F, M = piece_load(n, m)
+        for i in range(out.stations):
+            cut = m.pile_stations[i]
+            if cut < node.high[n]:
+                middle, G, N = Vec(u.x, u.y, 0.5 * (max(node.low[n], cut) + node.high[n])), F, M
+                if cut > node.low[n]:
+                    share = (node.high[n] - cut) / (node.high[n] - node.low[n])
+                    G, N = share * F, share * M
+                out.force[i] += G
+                out.moment[i] += N + cross(middle - out.place[i], G)
     # loads of the tower base are in its axes, which tilt with it
     tilted = rotation(turned).T
     s.tower_station.force[0] = tilted @ s.tower_station.force[0]
@@ -339,6 +361,7 @@ class PilePart(Part):
             **{name: getattr(self, name).copy() for name in names},
             "sea_levels": np.array([-1.0, 0.0]),
             "sea_field": np.zeros((AHEAD + BEHIND + 2, 1 + 4 * 3)),
+            "sea_now": np.zeros(1 + 4 * 3),
             "sea_current": np.zeros((2, self.pile_nodes.shape[1])),
         }
 
@@ -354,9 +377,13 @@ def part_of(turbine: Any, options: Any, rotor: Any) -> PilePart:
     member, foot = rotor.tower, float(support.position[0])
     edges = pile.pile_edges(support)
     z = 0.5 * (edges[1:] + edges[:-1])
+    pieces = member.beam.rigid_pieces(edges - foot, member.beam.at(z - foot, "axis"))
+    # pieces without length at the top fill the lanes
+    more = -len(z) % WIDTH
+    pieces, edges = np.pad(pieces, ((0, more), (0, 0), (0, 0))), np.append(edges, np.full(more, edges[-1]))
+    z = 0.5 * (edges[1:] + edges[:-1])
     nodes = PileNode.zeros(node=len(z))
     v = View(PileNode, nodes)
-    pieces = member.beam.rigid_pieces(edges - foot, member.beam.at(z - foot, "axis"))
     v["height"], v["low"], v["high"] = z, edges[:-1], edges[1:]
     v["mass"], v["lateral"] = pieces[:, 2, 2], pieces[:, 0, 0]
     v["inertia"] = np.stack([pieces[:, 3, 3], pieces[:, 4, 4], pieces[:, 5, 5]])

@@ -232,6 +232,8 @@ def grounded(mesh: Mesh, stiffness: Float) -> Float:
 def softened(G: Float, stiffness: Float) -> Float:
     """The factor of a structure with further springs to ground, (6n,) along the coordinates of its nodes (H-33)."""
     supported = np.flatnonzero(stiffness)
+    if not len(supported):
+        return G
     inner = np.eye(G.shape[1]) + (G[supported] * stiffness[supported, None]).T @ G[supported]
     result: Float = scipy.linalg.solve_triangular(np.linalg.cholesky(inner), G.T, lower=True).T
     return result

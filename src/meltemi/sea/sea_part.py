@@ -38,7 +38,8 @@ class SeaPart(Part):
     def arrays(self) -> dict[str, Any]:
         """Arrays that replace those of still water."""
         return {name: getattr(self, name) for name in ("sea_levels", "sea_field", "sea_current")} | {
-            "water": self.water.copy()
+            "water": self.water.copy(),
+            "sea_now": np.zeros(self.sea_field.shape[1]),
         }
 
 
