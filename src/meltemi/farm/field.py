@@ -73,6 +73,12 @@ class Planes(Table, axes="wake plane"):
     yaw: Numbers = number("rad", "filtered yaw error there")
     eddies_deficit: Numbers = number("s/m", "factor of added turbulence over the deficit, for curled wakes")
     eddies_slope: Numbers = number("s", "the same over slopes of the axial velocity")
+    flux: Numbers = number("m^3/s", "integral of the deficit over the plane, over 2 pi")
+    square: Numbers = number("m^4/s^2", "integral of the squared deficit over the plane, over 2 pi")
+    left: Numbers = number("m", "centroid of the deficit from the centre, to the left")
+    up: Numbers = number("m", "centroid of the deficit from the centre, upwards")
+    deepest: Numbers = number("m/s", "lowest axial velocity, for curled wakes")
+    fastest: Numbers = number("m/s", "largest sum of the velocities to the left and upwards, for curled wakes")
 
 
 class VisiblePlanes(Table, axes="wake", integer=True):

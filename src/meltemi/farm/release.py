@@ -120,4 +120,3 @@ def within(m: WakeField, k: int, count: int, reach: float) -> int:
         if m.planes.travelled[k, i] > reach:
             return i + 1
     return count
-

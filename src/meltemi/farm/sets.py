@@ -270,6 +270,12 @@ def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: flo
     return np.array(rows)
 
 
+def by_angle(points: Float) -> Float:
+    """The same points (n, 3) by angle, then radius: of eight that are read at once all are below the ground, or none."""
+    y, z, _ = points.T
+    return points[np.lexsort((y**2 + z**2, np.round(np.arctan2(z, y), 6)))]
+
+
 def quadrature_error(points: Float, exact: Float, r: Float) -> Float:
     """(n,) error of a sum over points for a profile, linear between radii r [m], as factors of its values (K-9a).
 

@@ -23,10 +23,11 @@ from meltemi.control.signals import Measurements
 from meltemi.core.errors import InputError, RunError
 from meltemi.core.threads import available_cores
 from meltemi.farm.layout import Farm, FarmCase, check_layout
+from meltemi.farm.quick import quick
 from meltemi.farm.rotor import RotorSums, sample
 from meltemi.farm.scene import farm_scenes
 from meltemi.farm.settings import WakeSettings
-from meltemi.farm.wakes import LEAST_WIND, FarmWakes, RotorState, quick
+from meltemi.farm.wakes import LEAST_WIND, FarmWakes, RotorState
 from meltemi.farm.wind import wind_and_positions
 from meltemi.simulation import step
 from meltemi.simulation.case import Case

@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import View, without_dispatch
+from meltemi.compiler import View
 from meltemi.farm.averages import (
     ALONG,
     AMBIENT,
@@ -33,9 +33,10 @@ from meltemi.farm.averages import (
 from meltemi.farm.curled import Curled
 from meltemi.farm.eddies import EDDY_SPACING, eddies_of
 from meltemi.farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, VisiblePlanes, WakeField, WakePart, Wakes
-from meltemi.farm.march import Mixing, march
+from meltemi.farm.march import Mixing, march, totals
+from meltemi.farm.quick import quick
 from meltemi.farm.release import Released, load_coefficients, release, within
-from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, quadrature_error
+from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, by_angle, quadrature_error
 from meltemi.farm.settings import WakeSettings
 from meltemi.maths.vectors import Vec, dot
 from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
@@ -67,19 +68,6 @@ LEAST_SHARE = 0.3
 """Least wind in which a turbine starts, over the ambient wind."""
 LEAST_WIND = 1.0
 """[m/s] least wind of a thrust coefficient: a rotor in calm air leaves no wake."""
-
-_FORMS: dict[tuple[Any, ...], Any] = {}
-
-
-def quick(function: Any, *args: Any) -> Any:
-    """Call a kernel in the compiled form of its last call with such arguments, which saves a look-up of 20 us."""
-    key = (function, *map(type, args))
-    if key in _FORMS:
-        return _FORMS[key](*args)
-    result = function(*args)
-    if hasattr(function, "overloads"):
-        _FORMS[key] = without_dispatch(function, *args)
-    return result
 
 
 def left_of(axis: Float) -> Float:
@@ -173,11 +161,6 @@ class Axisymmetric:
         average = partial(average_points, self.model, diameter)
         return quadrature_error(average(rings), average(FINE_RINGS), self.r)
 
-    def top_hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
-        """Integrals of deficits (planes, points) and of their squares over 2 pi, and the centroids [m] of deficits."""
-        r, zero = self.r, np.zeros(len(V))
-        return r[1] * (V @ r), r[1] * (V**2 @ r), zero, zero
-
 
 class FarmWakes:
     """The wakes of a farm.
@@ -216,7 +199,7 @@ class FarmWakes:
             "eddies": eddies_of(settings.seed) if settings.added_turbulence else np.zeros((2, 2, 3, 3), np.float32),
         } | self.shape.arrays
         self.planes, self.profile = View(Planes, shared["planes"]), shared["profile"]
-        self.shown = self.profile.copy()
+        self.shown = np.zeros_like(self.profile)
         self.count, self.crossed = np.zeros(n, dtype=np.int64), 0
         merging = {"quadratic": QUADRATIC, "linear": LINEAR, "largest": LARGEST}[settings.merging]
         self._parameters = {
@@ -275,7 +258,11 @@ class FarmWakes:
         at_rotor, along, end = self.model.added(np.zeros(1)), list[Float](), np.cumsum(self.count)
         for last, n in zip(end, self.count, strict=True):
             each = np.zeros((4, n + 1))
-            each[:2, :n], each[2:, :1], each[2:, 1:] = filters[:2, last - n : last], at_rotor, filters[2:, last - n : last]
+            each[:2, :n], each[2:, :1], each[2:, 1:] = (
+                filters[:2, last - n : last],
+                at_rotor,
+                filters[2:, last - n : last],
+            )
             along.append(each)
         return along
 
@@ -293,6 +280,7 @@ class FarmWakes:
         else:
             self.count[k] = 1
         self._begin(k, rotor, t, 0.0 if before == 0 else self.keep[k])
+        quick(totals, m, k, 0)
         quick(longest, m, k, int(self.count[k]))
 
     def _begin(self, k: int, rotor: RotorState, t: float, keep: float) -> None:
@@ -395,16 +383,17 @@ class FarmWakes:
 
     def paths(self) -> list[NDArray[np.float32]]:
         """(9, planes) centre, travelled path, velocity, and deficit and radius of top hats for each wake."""
-        p, paths = self.planes, list[NDArray[np.float32]]()
-        for k, n in enumerate(self.count):
-            flux, square, left, up = self.shape.top_hats(-self.profile[k, :n, :, 0])
-            hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
-            wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
-            axis, side = p["normal"][:, k, :n], left_of(p["normal"][:, k, :n])
-            centre = p["centre"][:, k, :n] + left * side + up * np.cross(axis, side, axis=0)
-            rows = centre, p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
-            paths.append(np.concatenate(rows, dtype=np.float32))
-        return paths
+        p, every = self.planes, slice(0, int(self.count.max()))
+        axis, flux, square = (p[name][..., every] for name in ("normal", "flux", "square"))
+        hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
+        wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
+        rows = np.empty((9, *flux.shape), dtype=np.float32)
+        side = left_of(axis)
+        rows[:3] = (
+            p["centre"][..., every] + p["left"][:, every] * side + p["up"][:, every] * np.cross(axis, side, axis=0)
+        )
+        rows[3], rows[4:7], rows[7], rows[8] = p["travelled"][:, every], p["velocity"][..., every], hat, wide
+        return [rows[:, k, :n].copy() for k, n in enumerate(self.count)]
 
     def horizontal(self) -> tuple[Float, Float, Float]:
         """Wind speed at hub height over the farm now: x, y [m], (x, y) [m/s]."""
@@ -437,7 +426,7 @@ def _average_points(model: WakeSet, diameter: float, rings: int) -> dict[str, Fl
         "disk": average_points(disk, diameter, rings),
         "span": span,
     }
-    return {name: np.ascontiguousarray(each.T) for name, each in points.items()}
+    return {name: np.ascontiguousarray(by_angle(each).T) for name, each in points.items()}
 
 
 def _in_wind(rotor: RotorState, wind: Float) -> RotorState:
