@@ -123,8 +123,8 @@ def observe(  # noqa: PLR0913 - arrays of a kernel
     lean, seen, shown = select_planes(m, count, near, centre, normal, radius, slack), m.visible, m.profile
     m.wakes.time, m.wakes.searched = t, t - 1.0
     m.wakes.disk, m.wakes.span = centre, radius * lean + bent
-    for number in range(seen.wakes):
-        k = seen.wake[number]
+    for place in range(seen.wakes):
+        k = seen.wake[place]
         if k < 0:
             break
         seen.begin[k], seen.end[k] = seen.first[k], seen.last[k]

@@ -24,8 +24,8 @@ from meltemi.farm.quick import quick
 from meltemi.farm.sets import NEAR_WAKE, WakeSet, disk_mean, gaussian_share, stream_tubes
 from meltemi.maths.vectors import Vec, cross, dot
 
-Float = Float3 = NDArray[float64]
-Single = Single2 = NDArray[float32]
+Float = NDArray[float64]
+Single = NDArray[float32]
 WIDE = 1.9
 """Half the side of a plane over the rotor diameter."""
 VORTICES = np.arange(2, 100)
@@ -121,7 +121,7 @@ def largest_of(x: Single) -> float:
 
 @kernel
 def eddy_viscosity(
-    V: Single2, y: Single2, z: Single2, dr: float, outside: float, shear_viscosity: float, least: float, nu: Single2
+    V: Single, y: Single, z: Single, dr: float, outside: float, shear_viscosity: float, least: float, nu: Single
 ) -> float:
     """Fill the eddy viscosity [m^2/s] of a plane but its edge; return the largest (K-22); y, z: direction cosines.
 
@@ -141,7 +141,7 @@ def eddy_viscosity(
 
 
 @kernel
-def advected(V: Single2, vy: Single2, vz: Single2, nu: Single2, h: float, g: float, new: Single2) -> None:
+def advected(V: Single, vy: Single, vz: Single, nu: Single, h: float, g: float, new: Single) -> None:
     """A step of diffusion (h: step over the squared spacing) and of advection (g: step over the spacing) (K-21)."""
     side, flat, mixing = V.shape[0], V.reshape(-1), nu.reshape(-1)
     at, by, across_it = side + 1, float32(h), float32(g)
@@ -221,7 +221,7 @@ def _(m: CurledField, k: int, i: int, dt: float, way: float, c: Mixing, along: F
 
 @kernel
 def inlet_plane(
-    deficit: Float, swirl: Float, sheet: Float3, skew: Float, circulation: float, spacing: float, half: int
+    deficit: Float, swirl: Float, sheet: Float, skew: Float, circulation: float, spacing: float, half: int
 ) -> Float:
     """(points, 3) velocity [m/s] along the wake, to the left and upwards, behind a rotor (K-19, K-20).
 
@@ -260,10 +260,10 @@ def inlet_plane(
 
 
 @kernel
-def slopes(sheet: Float3, x: float, y: float) -> tuple[float, float]:
+def slopes(sheet: Float, x: float, y: float) -> tuple[float, float]:
     """Derivatives by x and y of a surface of cubic cells, at a point in spacings from the middle.
 
-    ``sheet`` has its values, derivatives by x and by y and mixed ones at the corners, so that it is the spline of these.
+    ``sheet`` has its values, derivatives by x, by y and mixed ones at the corners, so that it is the spline of these.
     """
     half, last = 0.5 * (sheet.shape[1] - 1), sheet.shape[1] - 2
     i, j = min(max(int(x + half), 0), last), min(max(int(y + half), 0), last)

@@ -95,10 +95,10 @@ class VisiblePlanes(Table, axes="wake", integer=True):
 class WakeField(WindField):
     """Ambient wind with wakes.
 
-    ``longest`` has shape (2, wakes): largest distance [m] between the centres of neighbouring planes, and between the tips
-    of their normals. ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the wake, negative where it is
-    slower than the wind, and factor [-] of the added turbulence. ``eddies`` is (n, n, n + 1, 3), isotropic turbulence
-    of unit variance [m/s] by x, z and y; its last column is the first one.
+    ``longest`` has shape (2, wakes): largest distance [m] between the centres of neighbouring planes, and between the
+    tips of their normals. ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the wake,
+    negative where it is slower than the wind, and factor [-] of the added turbulence. ``eddies`` is (n, n, n + 1, 3),
+    isotropic turbulence of unit variance [m/s] by x, z and y; its last column is the first one.
     """
 
     wakes: Constant[Wakes]
@@ -181,7 +181,7 @@ def _(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Deficit:
 @kernel
 def search(t: float, m: WakeField) -> None:
     """Select the planes that an observer's disk can meet now from those that it can meet until the next exchange."""
-    g, planes, seen = m.wakes, m.planes, m.visible
+    g, seen = m.wakes, m.visible
     late, g.searched = t - g.time, t
     for j in range(seen.wakes):
         k = seen.wake[j]
@@ -209,8 +209,8 @@ def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
     velocity, direction, strongest, largest = Vec(o, o, o), Vec(o, o, o), Vec(o, o, o), o
     squares, turbulence, fastest = Sym(o, o, o, o, o, o), o, o
     several = seen.wakes > 1 and seen.wake[1] >= 0
-    for number in range(seen.wakes):
-        k = seen.wake[number]
+    for place in range(seen.wakes):
+        k = seen.wake[place]
         if k < 0:
             break
         first, last = seen.first[k], seen.last[k]

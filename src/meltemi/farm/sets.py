@@ -271,7 +271,7 @@ def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: flo
 
 
 def by_angle(points: Float) -> Float:
-    """The same points (n, 3) by angle, then radius: of eight that are read at once all are below the ground, or none."""
+    """The same points (n, 3) by angle, then radius: of eight at a time all are below the ground, or none."""
     y, z, _ = points.T
     return points[np.lexsort((y**2 + z**2, np.round(np.arctan2(z, y), 6)))]
 

@@ -247,7 +247,7 @@ class FarmWakes:
         }
 
     def along(self) -> list[Float]:
-        """For each wake a (4, planes) array of filters along it: viscosities at its planes, added turbulence a step on."""
+        """(4, planes) filters along each wake: viscosities at its planes, added turbulence a step further."""
         x = [self.planes["travelled"][k, :n] for k, n in enumerate(self.count)]
         way = [self.step * np.abs(self.planes["axial"][k, :n]) for k, n in enumerate(self.count)]
         diameters = np.repeat(self.diameters, self.count)
