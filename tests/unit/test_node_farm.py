@@ -40,7 +40,8 @@ def wakes(profile: Any, cls: type[WakeField] = WakeField, way: float = 10.0, **v
     m = record(
         cls, planes=table(Planes, sizes, centre=place, normal=normal, wind=np.full((n, planes), U)), profile=box,
         wakes=Wakes.of(spacing=DR, reach=DR * (box.shape[2] - 1), ceiling=1e9, eddy_spacing=4.0, **values),
-        visible=table(VisiblePlanes, {"wake": n}, first=[0] * n, last=[planes - 1] * n),
+        visible=table(VisiblePlanes, {"wake": n}, first=[0] * n, last=[planes - 1] * n, wake=range(n)),
+        longest=np.full((2, n), way),
         eddies=np.zeros((2, 2, 3, 3), np.float32),
     )  # fmt: skip
     air = WindField("floats", wind_arrays(SteadyWind(speed=U), 90.0, 100.0))
@@ -244,7 +245,9 @@ def curled_plane(V: Float, vy: Any, vz: Any, around: Float) -> Any:
     """A curled wake of two planes; V (side, side)."""
     plane = np.stack([V, np.broadcast_to(vy, V.shape), np.broadcast_to(vz, V.shape)], axis=-1).reshape(-1, 3)
     m = wakes(np.array([[plane, 0.5 * plane]]), CurledField)
-    m.around, m.wakes.reach = around, DR * (len(V) // 2)
+    m.around, m.wakes.reach = around.reshape(2, 1, *V.shape), DR * (len(V) // 2)
+    for i in range(2):
+        plain(march.totals)(m, 0, i)
     return m
 
 

@@ -96,9 +96,9 @@ class WakeField(WindField):
     """Ambient wind with wakes.
 
     ``longest`` has shape (2, wakes): largest distance [m] between the centres of neighbouring planes, and between the
-    tips of their normals. ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the wake,
-    negative where it is slower than the wind, and factor [-] of the added turbulence. ``eddies`` is (n, n, n + 1, 3),
-    isotropic turbulence of unit variance [m/s] by x, z and y; its last column is the first one.
+    tips of their normals. ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the
+    wake, negative where it is slower than the wind, and factor [-] of the added turbulence. ``eddies`` is
+    (n, n, n + 1, 3), isotropic turbulence of unit variance [m/s] by x, z and y; its last column is the first one.
     """
 
     wakes: Constant[Wakes]

@@ -63,7 +63,7 @@ def keck_shear_filter(x: Float) -> Float:
 def disk_mean(r: Float, values: Float, radius: float) -> float:
     """Mean over the rotor disk of values by radius."""
     x = np.linspace(0.0, radius, 101)
-    return 2.0 / radius**2 * np.trapezoid(x * np.interp(x, r, values), x)
+    return float(2.0 / radius**2 * np.trapezoid(x * np.interp(x, r, values), x))
 
 
 NEAR_WAKE, MOST_THRUST, LOW_THRUST, HIGH_THRUST, BRAKE = 1.8, 0.96, 0.96, 1.1, 2.0
