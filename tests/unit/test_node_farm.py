@@ -455,3 +455,26 @@ def test_a_rotor_has_the_mean_wind_of_its_disk() -> None:
     )
     near(free, (U, 0.0, 0.0))
     near(seen, (U - 0.4, 0.0, 0.0))
+
+
+def test_planes_that_are_skipped_are_those_that_a_look_at_each_leaves_out() -> None:
+    """A wake that bends, with uneven planes: the same range without a limit of the change from one to the next."""
+    random, count = np.random.default_rng(1), 60
+    m = wakes(rings(4, *[(-1.0, 0.0, 0.0)] * count))
+    x = np.cumsum(random.uniform(4.0, 30.0, count))
+    for i in range(count):
+        lean = 0.3 * np.sin(x[i] / 200.0)
+        m.planes.centre[0, i] = Vec(x[i], 60.0 * np.sin(x[i] / 150.0), 90.0)
+        m.planes.normal[0, i] = Vec(np.cos(lean), np.sin(lean), 0.0)
+    select, one, found = plain(averages.select_planes), np.array([1]), set()
+    for place in random.uniform((-50.0, -90.0), (x[-1] + 50.0, 90.0), (60, 2)):
+        ranges = []
+        for limited in (True, False):
+            m.longest[:] = 1e9
+            if limited:
+                plain(averages.longest)(m, 0, count)
+            select(m, np.array([count]), one, Vec(*place, 90.0), Vec(1.0, 0.0, 0.0), 20.0, 2.0)
+            ranges.append((m.visible.first[0], m.visible.last[0], m.visible.wake[0]))
+        assert ranges[0] == ranges[1]
+        found.add(ranges[0])
+    assert len(found) > 20

@@ -165,7 +165,7 @@ def _array(file: Path, found: dict[str, Any], name: str) -> Float:
     """An array of a resource, directions first; also without dimensions."""
     given = found.get(name)
     try:
-        bare = given["data"] if isinstance(given, dict) else given
+        bare: Any = given["data"] if isinstance(given, dict) else given
         values = np.array(0.0 + bare if np.ndim(bare) == 0 else bare, dtype=np.float64)
     except (TypeError, ValueError, KeyError):
         words = f"expected numbers, found {str(given)[:60]}; {did_you_mean(name, found)}"

@@ -105,7 +105,8 @@ class RotorState:
         """(2, R) local load coefficients at equidistant radii [m] from 0, for the wind along the axis [m/s] (K-1)."""
         local = np.empty((2, len(r)))
         speed, spacing = max(wind, LEAST_WIND), float(r[1])
-        quick(load_coefficients, self.radius, self.load, spacing, radius, self.density, speed, local)
+        given = np.ascontiguousarray(self.radius), np.ascontiguousarray(self.load)
+        quick(load_coefficients, *given, spacing, radius, self.density, speed, local)
         return local
 
     def mixed(self, other: RotorState, w: float) -> RotorState:
