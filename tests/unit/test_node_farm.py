@@ -40,7 +40,8 @@ def wakes(profile: Any, cls: type[WakeField] = WakeField, way: float = 10.0, **v
     m = record(
         cls, planes=table(Planes, sizes, centre=place, normal=normal, wind=np.full((n, planes), U)), profile=box,
         wakes=Wakes.of(spacing=DR, reach=DR * (box.shape[2] - 1), ceiling=1e9, eddy_spacing=4.0, **values),
-        visible=table(VisiblePlanes, {"wake": n}, first=[0] * n, last=[planes - 1] * n),
+        visible=table(VisiblePlanes, {"wake": n}, first=[0] * n, last=[planes - 1] * n, wake=range(n)),
+        longest=np.full((2, n), way),
         eddies=np.zeros((2, 2, 3, 3), np.float32),
     )  # fmt: skip
     air = WindField("floats", wind_arrays(SteadyWind(speed=U), 90.0, 100.0))
@@ -244,7 +245,9 @@ def curled_plane(V: Float, vy: Any, vz: Any, around: Float) -> Any:
     """A curled wake of two planes; V (side, side)."""
     plane = np.stack([V, np.broadcast_to(vy, V.shape), np.broadcast_to(vz, V.shape)], axis=-1).reshape(-1, 3)
     m = wakes(np.array([[plane, 0.5 * plane]]), CurledField)
-    m.around, m.wakes.reach = around, DR * (len(V) // 2)
+    m.around, m.wakes.reach = around.reshape(2, 1, *V.shape), DR * (len(V) // 2)
+    for i in range(2):
+        plain(march.totals)(m, 0, i)
     return m
 
 
@@ -452,3 +455,26 @@ def test_a_rotor_has_the_mean_wind_of_its_disk() -> None:
     )
     near(free, (U, 0.0, 0.0))
     near(seen, (U - 0.4, 0.0, 0.0))
+
+
+def test_planes_that_are_skipped_are_those_that_a_look_at_each_leaves_out() -> None:
+    """A wake that bends, with uneven planes: the same range without a limit of the change from one to the next."""
+    random, count = np.random.default_rng(1), 60
+    m = wakes(rings(4, *[(-1.0, 0.0, 0.0)] * count))
+    x = np.cumsum(random.uniform(4.0, 30.0, count))
+    for i in range(count):
+        lean = 0.3 * np.sin(x[i] / 200.0)
+        m.planes.centre[0, i] = Vec(x[i], 60.0 * np.sin(x[i] / 150.0), 90.0)
+        m.planes.normal[0, i] = Vec(np.cos(lean), np.sin(lean), 0.0)
+    select, one, found = plain(averages.select_planes), np.array([1]), set()
+    for place in random.uniform((-50.0, -90.0), (x[-1] + 50.0, 90.0), (60, 2)):
+        ranges = []
+        for limited in (True, False):
+            m.longest[:] = 1e9
+            if limited:
+                plain(averages.longest)(m, 0, count)
+            select(m, np.array([count]), one, Vec(*place, 90.0), Vec(1.0, 0.0, 0.0), 20.0, 2.0)
+            ranges.append((m.visible.first[0], m.visible.last[0], m.visible.wake[0]))
+        assert ranges[0] == ranges[1]
+        found.add(ranges[0])
+    assert len(found) > 20

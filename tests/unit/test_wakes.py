@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
 from meltemi.core.errors import InputError
+from meltemi.farm.averages import observe
 from meltemi.farm.curled import Curled
 from meltemi.farm.field import between
-from meltemi.farm.march import Mixing, age, half_width, one_step, viscosity
+from meltemi.farm.march import Mixing, age, half_width, one_step, totals, viscosity
+from meltemi.farm.release import load_coefficients
 from meltemi.farm.sets import (
     FINE_RINGS,
     SETS,
@@ -26,7 +28,7 @@ from meltemi.farm.sets import (
     smooth_filter,
 )
 from meltemi.farm.settings import WakeSettings
-from meltemi.farm.wakes import FarmWakes, RotorState, mixing_of, projection
+from meltemi.farm.wakes import FarmWakes, RotorState, mixing_of
 from meltemi.loads.effective import effective_intensity, farm_turbulence, wake_turbulence
 from meltemi.maths.vectors import Vec
 from meltemi.wind.fields import SteadyWind
@@ -198,7 +200,11 @@ def test_what_points_miss_of_a_wake_is_added_to_their_average(rings: int) -> Non
 def test_planes_are_shown_as_they_are_half_a_step_on() -> None:
     wakes = developed(PLAIN, [rotor()], ROW[:1])
     n, before = int(wakes.count[0]), wakes.profile[0].copy()
-    wakes.exchange(0, rotor(), 2.0)
+    wakes.exchange(0, rotor(), 2.0, wakes.along()[0])
+    # an observer that stands across the wake sees all of its planes
+    axis, one = Vec(0.0, 1.0, 0.0), np.ones(1, dtype=np.int64)
+    seen = wakes.observers[0]
+    observe(seen, 2.0, wakes.count, one, Vec(800.0, 0.0, 90.0), axis, 3e3, 15.0, 15.0, wakes.profile)
     halfway = 0.5 * (before[: n - 1] + wakes.profile[0, 1:n])  # the rotor is steady: a plane becomes its neighbour
     assert np.allclose(wakes.shown[0, 1 : n - 2], halfway[1 : n - 2], atol=1e-3)
     assert np.abs(before[: n - 1] - halfway).max() > 0.05
@@ -258,7 +264,7 @@ def test_planes_that_catch_up_are_dropped() -> None:
     wakes = developed(PLAIN, [rotor()] * 2, ROW[:2])
     wakes.planes["velocity"][0, 0, 3] = 30.0  # a gust carries one plane past those ahead
     before = int(wakes.count[0])
-    wakes.exchange(0, rotor(), 2.0)
+    wakes.exchange(0, rotor(), 2.0, wakes.along()[0])
     assert wakes.crossed > 0
     assert wakes.count[0] <= before
     x = wakes.planes["centre"][0, 0, : wakes.count[0]]
@@ -271,6 +277,8 @@ def test_a_uniform_wake_is_drawn_as_it_is() -> None:
     wakes.count[0] = 2
     inside = wakes.shape.r < 57.0
     wakes.profile[0, :2, :, 0] = np.outer([-1.0, -3.0], inside)
+    for i in range(2):
+        totals(wakes.fields[0], 0, i)
     last = wakes.shape.r[inside][-1]
     *_, deficit, radius = wakes.paths()[0]
     assert deficit == pytest.approx([1.0, 3.0])
@@ -309,6 +317,8 @@ def wakes_of(*planes: Float) -> FarmWakes:
         wakes.planes["normal"][:, 0, i] = (1.0, 0.0, 0.0)
         wakes.planes["velocity"][:, 0, i] = 0.0
         wakes.planes["wind"][0, i], wakes.planes["intensity"][0, i] = U, 0.1
+        totals(wakes.fields[0], 0, i)
+    wakes.planes["fastest"][0] = np.abs(wakes.profile[0, ..., 1:]).sum(axis=2).max(axis=1)
     return wakes
 
 
@@ -460,10 +470,20 @@ def test_effective_turbulence_refuses_what_it_has_no_formula_for() -> None:
 def test_the_load_on_a_profile_keeps_its_sum_and_first_moment() -> None:
     """A load that ends between two points, as at the tip of a blade."""
     spacing, ends = 5.04, 62.9
-    x, matrix = projection(spacing, 60)
-    load = np.where(x <= ends, 50.0 * x, 0.0)
-    found, r = matrix @ load, spacing * np.arange(60)
+    r, local = spacing * np.arange(60), np.empty((2, 60))
+    x = np.array([0.0, 20.0, ends])
+    load_coefficients(x, np.array([50.0 * x, -50.0 * x]), spacing, 1e3, 1.0 / np.pi, 50.0, local)
+    assert np.allclose(local[0, :10], -local[1, :10])
+    found = -(50.0**2) * r * local[1]  # thrust is cut off below zero, where the projection overshoots beyond the tip
     for moment in (0, 1):
         exact = 50.0 * ends ** (moment + 2) / (moment + 2)
         assert np.trapezoid(found * r**moment, r) == pytest.approx(exact, rel=2e-3)
     assert found[5] == pytest.approx(50.0 * r[5], rel=2e-3)  # linear loads are kept as they are
+
+
+def test_loads_may_lie_in_memory_in_any_order() -> None:
+    """Sorted by radius they do not lie row by row."""
+    state = rotor()
+    turned = replace(state, load=np.asfortranarray(state.load))
+    r = 5.04 * np.arange(60)
+    assert np.array_equal(turned.coefficients(r, 63.0, U), state.coefficients(r, 63.0, U))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from math import cos, pi, sin, sqrt
 
-from numpy import float64, int64
+from numpy import float32, float64, int64
 from numpy.typing import NDArray
 
 from meltemi.compiler import anywhere, kernel, largest, total
@@ -27,13 +27,30 @@ BETWEEN = pi / IN_RING
 """[rad] half the angle between neighbouring points of a ring."""
 BESIDE = 1e-3
 """[m] shift of a plane's average into the wake, so that rounding does not decide between which planes it lies."""
+LEAST_CHANGE = 0.1
+"""[m] least limit of the change of a distance from one plane to the next."""
 AMBIENT, DISTURBED, ALONG = 0.0, 1.0, 2.0
 """Winds of which :func:`mean_wind` is the mean: the ambient wind, with the wakes, or with their part along it."""
 
 
 @kernel
-def select_planes(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius: float, slack: float) -> None:
-    """Select the planes of wakes that may reach the disk of an observer (K-11).
+def longest(m: WakeField, k: int, count: int) -> None:
+    """Compute the largest distances between neighbouring planes of wake k and between the tips of their normals."""
+    planes, step, turn = m.planes, 0.0, 0.0
+    for i in range(count - 1):
+        way, lean = planes.centre[k, i + 1] - planes.centre[k, i], planes.normal[k, i + 1] - planes.normal[k, i]
+        step, turn = max(step, dot(way, way)), max(turn, dot(lean, lean))
+    m.longest[0, k], m.longest[1, k] = sqrt(step), sqrt(turn)
+
+
+@kernel
+def select_planes(
+    m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Vec, radius: float, slack: float
+) -> float:
+    """Select the planes of wakes that may reach the disk of an observer (K-11); return their largest lean.
+
+    From one plane to the next the distance along the normal changes by a limited amount (``longest``), so that planes
+    are skipped which are too far away for this, without a look at them.
 
     Args:
       count: number of planes of each wake.
@@ -41,26 +58,81 @@ def select_planes(m: WakeField, count: Ints, near: Ints, centre: Vec, normal: Ve
       centre, normal, radius: geometry of the disk, axes of the farm.
       slack: [m] largest displacement of the disk and the planes until the next selection.
     """
-    planes, reach, far = m.planes, m.wakes.reach, radius + slack
-    for k in range(m.visible.wakes):
-        first, last, meets = 0, 0, False
-        ahead = dot(planes.normal[k, 0], centre - planes.centre[k, 0])
-        for i in range(count[k] - 1 if near[k] > 0 else 0):
-            tilted, further, downstream = planes.normal[k, i], planes.normal[k, i + 1], ahead
-            ahead = dot(further, centre - planes.centre[k, i + 1])
-            if downstream + far < 0.0 or ahead >= far:
-                continue
-            lean = cross(tilted, normal)
-            span = radius * sqrt(dot(lean, lean)) + slack
-            if downstream + span >= 0.0 and ahead < span:
-                if last == 0:
-                    first = i
-                last = i + 1
-                aside = centre - planes.centre[k, i]
-                aside = aside - downstream * tilted
-                meets = meets or sqrt(dot(aside, aside)) < radius + reach + slack
-        m.visible.first[k] = first
-        m.visible.last[k] = last if meets else first
+    planes, seen, reach, far, found, most = m.planes, m.visible, m.wakes.reach, radius + slack, 0, 0.0
+    for k in range(seen.wakes):
+        first, last, meets, i = 0, 0, False, 0
+        if near[k] > 0 and count[k] > 1:
+            aside = centre - planes.centre[k, 0]
+            away = sqrt(dot(aside, aside)) + count[k] * m.longest[0, k]
+            change = max(m.longest[0, k] + m.longest[1, k] * away, LEAST_CHANGE)
+            ahead = dot(planes.normal[k, 0], aside)
+            while i < count[k] - 1:
+                away = max(ahead, -ahead) - far
+                if away > change:
+                    i += int(away / change)
+                    if i >= count[k] - 1:
+                        break
+                    ahead = dot(planes.normal[k, i], centre - planes.centre[k, i])
+                tilted, further, downstream = planes.normal[k, i], planes.normal[k, i + 1], ahead
+                ahead = dot(further, centre - planes.centre[k, i + 1])
+                if downstream + far >= 0.0 and ahead < far:
+                    lean = cross(tilted, normal)
+                    leaning = sqrt(dot(lean, lean))
+                    span = radius * leaning + slack
+                    if downstream + span >= 0.0 and ahead < span:
+                        if last == 0:
+                            first = i
+                        last, most = i + 1, max(most, leaning)
+                        aside = centre - planes.centre[k, i]
+                        aside = aside - downstream * tilted
+                        meets = meets or sqrt(dot(aside, aside)) < radius + reach + slack
+                i += 1
+        seen.first[k] = first
+        seen.last[k] = last if meets else first
+        if meets:
+            seen.wake[found] = k
+            found += 1
+    if found < seen.wakes:
+        seen.wake[found] = -1
+    return most
+
+
+@kernel
+def observe(  # noqa: PLR0913 - arrays of a kernel
+    m: WakeField,
+    t: float,
+    count: Ints,
+    near: Ints,
+    centre: Vec,
+    normal: Vec,
+    radius: float,
+    bent: float,
+    slack: float,
+    profile: NDArray[float32],
+) -> None:
+    """Select the planes that a rotor evaluates until the next exchange, and set their profiles (K-11).
+
+    They are those half a step ahead: planes keep them while they drift, and a plane becomes the next one in a step.
+
+    Args:
+      t: [s] time.
+      bent: [m] deflection of nodes out of the rotor plane.
+      profile: (wakes, planes, points, 3) profiles at this time.
+      count, near, centre, normal, radius, slack: as of :func:`select_planes`.
+    """
+    lean, seen, shown = select_planes(m, count, near, centre, normal, radius, slack), m.visible, m.profile
+    m.wakes.time, m.wakes.searched = t, t - 1.0
+    m.wakes.disk, m.wakes.span = centre, radius * lean + bent
+    for place in range(seen.wakes):
+        k = seen.wake[place]
+        if k < 0:
+            break
+        seen.begin[k], seen.end[k] = seen.first[k], seen.last[k]
+        for i in range(seen.first[k], seen.last[k] + 1):
+            on = min(i + 1, count[k] - 1)
+            for j in range(shown.shape[2]):
+                for c in range(3):
+                    shown[k, i, j, c] = float32(0.5) * (profile[k, i, j, c] + profile[k, on, j, c])
 
 
 @kernel

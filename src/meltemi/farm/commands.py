@@ -21,6 +21,7 @@ from meltemi.app.options import (
     wind_of_options,
 )
 from meltemi.app.scans import angles_of
+from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, warn, write_results, wrote
 from meltemi.core.errors import InputError
 
@@ -69,11 +70,16 @@ def farm(
         bool | None, "--alone/--no-alone", "Also simulate without wakes, to compare [unless --against]."
     ] = None,
     three_dimensional: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
+    rose: Annotated[Path | None, "In all winds of a rose: FLORIS (.csv), windIO (.yaml), PyWake (.nc)."] = None,
+    seeds: Annotated[int, "Seeds in each direction and speed of --rose.", Range(1, 1000)] = 1,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate turbines in each other's wakes: power and loads by turbine, and the losses due to wakes."""
     given = options.given()
     case, folder = _case_of(target, given)
+    if rose is not None:
+        _rose(case, folder, rose, seeds, out)
+        return
     if three_dimensional:
         case = case.replace(view=True)
     other = None if against is None else _other(against, len(case.positions))
@@ -135,6 +141,28 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
     case = read_record(path, FarmCase)
     check_counts(count, len(case.positions), f"--against {path}")
     return case.replace(view=False), path.parent
+
+
+def _rose(case: FarmCase, folder: Path, file: Path, seeds: int, out: Path) -> None:
+    """Simulate a farm in all winds of a rose; print and write energy and loads."""
+    from meltemi.farm.rose import read_rose
+    from meltemi.farm.rose_study import long_rows, rose_pieces, sector_rows, simulate_rose, turbine_rows
+    from meltemi.report.tables import write_csv
+
+    rose = read_rose(file)
+    pieces = rose_pieces(case, folder, rose, seeds, out)
+    hours = len(pieces) * case.duration / 3600.0
+    with simulation_bar(f"{len(pieces)} winds of {file}", hours, "h") as progress:
+        result = simulate_rose(pieces, rose, len(case.positions), progress)
+    head, rows = turbine_rows(result)
+    cells = [[each if isinstance(each, str) else f"{each:.4g}" for each in row] for row in rows]
+    print_table(f"{case.turbine}, {case.wakes.words}: a year in {file.name}", head[:5], [row[:5] for row in cells])
+    print(f"probability of the winds with results: {result.weights.sum():.4g} of {rose.probability.sum():.4g}")
+    tables = {"turbines": (head, rows), "rose": long_rows(result), "sectors": sector_rows(result)}
+    wrote(*(write_csv(out / f"{name}.csv", *table) for name, table in tables.items()))
+    warn([f"{name}: {why}" for name, why in result.failed.items()])
+    if result.failed:
+        raise typer.Exit(1)
 
 
 def _report(result: FarmResult, before: FarmResult | None, case: FarmCase, out: Path) -> list[Path]:

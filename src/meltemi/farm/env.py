@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -74,7 +73,6 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
         self.possible_agents = [f"turbine_{i + 1}" for i in range(len(farm.positions))]
         self.agents: list[str] = []
         self.march: FarmMarch | None = None
-        self.pool = ThreadPoolExecutor(available_cores())
 
     def observation_space(self, agent: str) -> spaces.Box:
         """Observation space of the quantities :data:`OBSERVED`."""
@@ -91,7 +89,7 @@ class FarmEnv(ParallelEnv[str, Float, Float]):  # type: ignore[misc]
         self.close()
         self.wind = self.wind.replace(seed=self.wind.seed + 1 if seed is None else seed)
         runs = farm_runs(self.farm, self.wind, self.duration, self.controllers, None)
-        self.march = FarmMarch(runs, self.farm.places(), self.farm.settings, self.farm.angles(), self.pool)
+        self.march = FarmMarch(runs, self.farm.places(), self.farm.settings, self.farm.angles(), available_cores())
         self.agents = list(self.possible_agents)
         return self._observed()[0], {agent: {} for agent in self.agents}
 

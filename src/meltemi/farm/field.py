@@ -55,6 +55,9 @@ class Wakes(Table, title="wakes"):
     eddy_spacing: float = number("m", "spacing of the points of the added turbulence")
     eddy_speed_x: float = number("m/s", "velocity of the added turbulence, first component")
     eddy_speed_y: float = number("m/s", "velocity of the added turbulence, second component")
+    disk: Vec = xyz("m", "centre of the observer's disk, axes of the farm")
+    span: float = number("m", "half the length along the wakes in which the observer evaluates them; 0: no limit")
+    searched: float = number("s", "time of the last search for planes within that length")
 
 
 class Planes(Table, axes="wake plane"):
@@ -70,28 +73,39 @@ class Planes(Table, axes="wake plane"):
     yaw: Numbers = number("rad", "filtered yaw error there")
     eddies_deficit: Numbers = number("s/m", "factor of added turbulence over the deficit, for curled wakes")
     eddies_slope: Numbers = number("s", "the same over slopes of the axial velocity")
+    flux: Numbers = number("m^3/s", "integral of the deficit over the plane, over 2 pi")
+    square: Numbers = number("m^4/s^2", "integral of the squared deficit over the plane, over 2 pi")
+    left: Numbers = number("m", "centroid of the deficit from the centre, to the left")
+    up: Numbers = number("m", "centroid of the deficit from the centre, upwards")
+    deepest: Numbers = number("m/s", "lowest axial velocity, for curled wakes")
+    fastest: Numbers = number("m/s", "largest sum of the velocities to the left and upwards, for curled wakes")
 
 
 class VisiblePlanes(Table, axes="wake", integer=True):
     """Range of planes of each wake that an observer evaluates: empty where first and last are equal."""
 
     wakes: int
-    first: Entries[int] = number("-", "first plane")
-    last: Entries[int] = number("-", "last plane")
+    first: Entries[int] = number("-", "first plane now")
+    last: Entries[int] = number("-", "last plane now")
+    begin: Entries[int] = number("-", "first plane until the next exchange")
+    end: Entries[int] = number("-", "last plane until the next exchange")
+    wake: Entries[int] = number("-", "wakes with such planes, then -1")
 
 
 class WakeField(WindField):
     """Ambient wind with wakes.
 
-    ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the wake, negative where it is
-    slower than the wind, and factor [-] of the added turbulence. ``eddies`` is (n, n, n + 1, 3), isotropic turbulence
-    of unit variance [m/s] by x, z and y; its last column is the first one.
+    ``longest`` has shape (2, wakes): largest distance [m] between the centres of neighbouring planes, and between the
+    tips of their normals. ``profile`` has shape (wakes, planes, points, 3): axial and radial velocity [m/s] of the
+    wake, negative where it is slower than the wind, and factor [-] of the added turbulence. ``eddies`` is
+    (n, n, n + 1, 3), isotropic turbulence of unit variance [m/s] by x, z and y; its last column is the first one.
     """
 
     wakes: Constant[Wakes]
     planes: Constant[Planes]
     profile: Box
     visible: Constant[VisiblePlanes]
+    longest: Constant[Array2]
     eddies: Box
 
 
@@ -165,15 +179,41 @@ def _(q: Vec, late: float, w: float, m: WakeField, k: int, i: int) -> Deficit:
 
 
 @kernel
+def search(t: float, m: WakeField) -> None:
+    """Select the planes that an observer's disk can meet now from those that it can meet until the next exchange."""
+    g, seen = m.wakes, m.visible
+    late, g.searched = t - g.time, t
+    for j in range(seen.wakes):
+        k = seen.wake[j]
+        if k < 0:
+            break
+        begin, end, first, last = seen.begin[k], seen.end[k], 0, 0
+        ahead = before(g.disk, late, m, k, begin)
+        for i in range(begin, end):
+            downstream, ahead = ahead, before(g.disk, late, m, k, i + 1)
+            if downstream + g.span >= 0.0 and ahead < g.span:
+                if last == 0:
+                    first = i
+                last = i + 1
+        seen.first[k], seen.last[k] = first, last
+
+
+@kernel
 def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
     """Velocity [m/s] that the wakes add to the ambient wind at a point of the observer's axes (K-12 to K-14)."""
-    g = m.wakes
+    g, seen = m.wakes, m.visible
+    if g.span > 0.0 and g.searched != t:
+        search(t, m)
     q, late = Vec(p.x + g.origin_x, p.y + g.origin_y, p.z), t - g.time
     o = 0.0 * q.x  # zero of the number type of the point
     velocity, direction, strongest, largest = Vec(o, o, o), Vec(o, o, o), Vec(o, o, o), o
-    squares, turbulence = Sym(o, o, o, o, o, o), o
-    for k in range(m.visible.wakes):
-        first, last = m.visible.first[k], m.visible.last[k]
+    squares, turbulence, fastest = Sym(o, o, o, o, o, o), o, o
+    several = seen.wakes > 1 and seen.wake[1] >= 0
+    for place in range(seen.wakes):
+        k = seen.wake[place]
+        if k < 0:
+            break
+        first, last = seen.first[k], seen.last[k]
         if first < last:
             s = before(q, late, m, k, first)
             for i in range(first, last):
@@ -182,22 +222,28 @@ def wakes_velocity(p: Vec, t: float, m: WakeField) -> Vec:
                 if anywhere(inside):
                     d = between(q, late, where(inside, s / where(inside, s - following, 1.0), 0.0), m, k, i)
                     one = where(inside, 1.0, 0.0)
-                    v = one * d.velocity
+                    v, size = one * d.velocity, one * abs(d.axial)
                     velocity += v
-                    squares += Sym(v.x * v.x, v.y * v.y, v.z * v.z, v.x * v.y, v.x * v.z, v.y * v.z)
-                    direction += (one * abs(d.axial)) * d.normal
-                    more = one * abs(d.axial) > largest
-                    largest = where(more, abs(d.axial), largest)
-                    strongest = Vec(
-                        where(more, v.x, strongest.x), where(more, v.y, strongest.y), where(more, v.z, strongest.z)
-                    )
+                    direction += size * d.normal
                     turbulence += one * d.turbulence * d.turbulence
+                    fastest = max(fastest, one * d.axial)
+                    if several:
+                        squares += Sym(v.x * v.x, v.y * v.y, v.z * v.z, v.x * v.y, v.x * v.z, v.y * v.z)
+                        more = size > largest
+                        largest = where(more, size, largest)
+                        strongest = Vec(
+                            where(more, v.x, strongest.x), where(more, v.y, strongest.y), where(more, v.z, strongest.z)
+                        )
                 s = following
-    if g.merging != LINEAR:
+    # a single wake merges with none: M of K-13 is its velocity along its direction, but where that is positive
+    if (g.merging != LINEAR) & (several | (anywhere(fastest > 0.0) & (g.merging == QUADRATIC))):
         length = sqrt(dot(direction, direction))
         n = where(length > 0.0, 1.0 / where(length > 0.0, length, 1.0), 0.0) * direction
-        merged = dot(strongest, n) if g.merging == LARGEST else -sqrt(max(dot(n, squares @ n), 0.0))
-        velocity += (merged - dot(velocity, n)) * n
+        along = dot(velocity, n)
+        merged = -abs(along)
+        if several:
+            merged = dot(strongest, n) if g.merging == LARGEST else -sqrt(max(dot(n, squares @ n), 0.0))
+        velocity += (merged - along) * n
     if (g.added > 0.0) & anywhere(turbulence > 0.0):
         velocity += sqrt(turbulence) * eddy(q, t, m)
     return velocity

@@ -121,6 +121,23 @@ def age(m: WakeField, k: int, i: int, dt: float, way: float, c: Mixing, along: F
     raise NotImplementedError
 
 
+@by_record
+def totals(m: WakeField, k: int, i: int) -> None:
+    """Compute the integrals over plane i of wake k from its profile."""
+    raise NotImplementedError
+
+
+@totals.variant
+@kernel
+def _(m: WakeField, k: int, i: int) -> None:
+    dr, flux, square = m.wakes.spacing, 0.0, 0.0
+    for j in range(m.profile.shape[2]):
+        V = float64(m.profile[k, i, j, 0])
+        flux -= j * V
+        square += j * V * V
+    m.planes.flux[k, i], m.planes.square[k, i] = dr * dr * flux, dr * dr * square
+
+
 @age.variant
 @kernel
 def _(m: WakeField, k: int, i: int, dt: float, way: float, c: Mixing, along: Float, work: Float) -> None:
@@ -158,6 +175,7 @@ def march(m: WakeField, k: int, count: int, dt: float, keep: float, c: Mixing, a
         planes.axial[k, i] = keep * planes.axial[k, i] + (1.0 - keep) * speed
         inherit(m, k, i, i + 1)
         age(m, k, i, dt, abs(planes.axial[k, i]) * dt, c, along, work)
+        totals(m, k, i + 1)
         planes.centre[k, i + 1] = planes.centre[k, i] + dt * planes.velocity[k, i]
         planes.travelled[k, i + 1] = planes.travelled[k, i] + abs(speed) * dt
     return ordered(m, k, count + 1, dt)

@@ -16,6 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from meltemi.compiler import kernel
+
 Float = NDArray[np.float64]
 Filter = Callable[[Float], Float]
 """Values at distances over the diameter."""
@@ -57,6 +59,7 @@ def keck_shear_filter(x: Float) -> Float:
     return np.where(x < 2.0, 0.035, 1.0 - 0.965 * np.exp(-0.35 * (x - 2.0)))
 
 
+@kernel
 def disk_mean(r: Float, values: Float, radius: float) -> float:
     """Mean over the rotor disk of values by radius."""
     x = np.linspace(0.0, radius, 101)
@@ -68,24 +71,28 @@ NEAR_WAKE, MOST_THRUST, LOW_THRUST, HIGH_THRUST, BRAKE = 1.8, 0.96, 0.96, 1.1, 2
 Gaussian wake, and thrust coefficient of the propeller brake."""
 
 
+@kernel
 def stream_tubes(r: Float, thrust: Float, near_wake: float) -> tuple[Float, Float]:
     """Induction factors, and the radii [m] to which the stream tubes at radii r expand (K-2)."""
-    a = 0.5 - 0.5 * np.sqrt(1.0 - np.clip(thrust, -BRAKE, MOST_THRUST))
-    rate = (1.0 - a) * r / (1.0 - near_wake * a)
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(r)
-    return a, np.sqrt(2.0 * np.concatenate([[0.0], np.cumsum(steps)]))
+    a = 0.5 - 0.5 * np.sqrt(1.0 - np.minimum(np.maximum(thrust, -BRAKE), MOST_THRUST))
+    rate, square = (1.0 - a) * r / (1.0 - near_wake * a), np.zeros(r.shape[0])
+    for i in range(1, r.shape[0]):
+        square[i] = square[i - 1] + (rate[i] + rate[i - 1]) * (r[i] - r[i - 1])
+    return a, np.sqrt(square)
 
 
+@kernel
 def gaussian_share(thrust: float) -> float:
     """Share of the Gaussian inlet at a thrust coefficient of the rotor."""
-    return float(np.clip((thrust - LOW_THRUST) / (HIGH_THRUST - LOW_THRUST), 0.0, 1.0))
+    return min(max((thrust - LOW_THRUST) / (HIGH_THRUST - LOW_THRUST), 0.0), 1.0)
 
 
-def fast_farm_inlet(r: Float, thrust: Float, radius: float, wind: float, near_wake: float = NEAR_WAKE) -> Float:
+@kernel
+def fast_farm_inlet(r: Float, thrust: Float, radius: float, wind: float) -> Float:
     """Inlet of FAST.Farm: momentum theory with the expansion of the stream tubes, Gaussian at high thrust (K-2)."""
     total = min(disk_mean(r, thrust, radius), BRAKE)
-    a, widened = stream_tubes(r, thrust, near_wake)
-    low = -wind * near_wake * np.interp(r, widened, a)
+    a, widened = stream_tubes(r, thrust, NEAR_WAKE)
+    low = -wind * NEAR_WAKE * np.interp(r, widened, a)
     share = gaussian_share(total)
     if share == 0.0:
         return low
@@ -261,6 +268,12 @@ def average_points(wake: WakeSet, diameter: float, rings: int = 16, meander: flo
         weight = share * r * (jinc(r / wide) * jinc(0.5 * r / wide) if wake.windowed else 1.0)
         rows += [(r * math.cos(angle), r * math.sin(angle), weight) for angle in angles]
     return np.array(rows)
+
+
+def by_angle(points: Float) -> Float:
+    """The same points (n, 3) by angle, then radius: of eight at a time all are below the ground, or none."""
+    y, z, _ = points.T
+    return points[np.lexsort((y**2 + z**2, np.round(np.arctan2(z, y), 6)))]
 
 
 def quadrature_error(points: Float, exact: Float, r: Float) -> Float:

@@ -23,10 +23,11 @@ from meltemi.control.signals import Measurements
 from meltemi.core.errors import InputError, RunError
 from meltemi.core.threads import available_cores
 from meltemi.farm.layout import Farm, FarmCase, check_layout
+from meltemi.farm.quick import quick
 from meltemi.farm.rotor import RotorSums, sample
 from meltemi.farm.scene import farm_scenes
 from meltemi.farm.settings import WakeSettings
-from meltemi.farm.wakes import LEAST_WIND, FarmWakes, RotorState, quick
+from meltemi.farm.wakes import LEAST_WIND, FarmWakes, RotorState
 from meltemi.farm.wind import wind_and_positions
 from meltemi.simulation import step
 from meltemi.simulation.case import Case
@@ -345,9 +346,8 @@ def march_farm(
     """Simulate a farm whose turbines are runs with one wind; arguments and errors as of :func:`simulate_farm`."""
     if threads is not None and not (isinstance(threads, int) and threads > 0):
         raise InputError(f"farm: threads: expected an integer of 1 or more, or None for all cores, found {threads!r}")
-    with ThreadPoolExecutor(threads or available_cores()) as pool:
-        march = FarmMarch(runs, positions, settings, yaw, pool, control, watch)
-        march.to_end(progress)
+    march = FarmMarch(runs, positions, settings, yaw, threads or available_cores(), control, watch)
+    march.to_end(progress)
     turbines = [turbine.simulation.model.turbine for turbine in march.turbines]
     diameters, hubs = tuple(t.rotor_diameter for t in turbines), tuple(t.hub_height for t in turbines)
     results = tuple(turbine.simulation.result() for turbine in march.turbines)
@@ -371,7 +371,8 @@ def march_farm(
 class FarmMarch:
     """A farm in progress: its turbines, its wakes, and the exchanges between them.
 
-    ``places`` are the positions (turbines, 2) [m] in the axes of the wind; arguments as of :func:`march_farm`.
+    ``places`` are the positions (turbines, 2) [m] in the axes of the wind; arguments as of :func:`march_farm`. It has
+    to be closed.
     """
 
     def __init__(
@@ -380,11 +381,12 @@ class FarmMarch:
         positions: Float,
         settings: WakeSettings,
         yaw: Float,
-        pool: ThreadPoolExecutor,
+        threads: int,
         control: FarmControl | None = None,
         watch: Watch | None = None,
     ) -> None:
-        self.pool, self.control, self.watch = pool, control, watch
+        self.threads, self.control, self.watch = threads, control, watch
+        self.pool = ThreadPoolExecutor(threads) if threads > 1 else None
         models = [run.model() if callable(run.model) else run.model for run in runs]
         turbines = [model.turbine for model in models]
         check_layout(positions, [t.rotor_diameter for t in turbines], yaw)
@@ -441,7 +443,11 @@ class FarmMarch:
 
     def _for_all(self, function: Callable[[int], Any]) -> list[Any]:
         """Call a function for all turbines, on threads."""
-        return list(self.pool.map(function, range(len(self.runs))))
+        every, threads = range(len(self.runs)), self.threads
+        if self.pool is None:
+            return [function(i) for i in every]
+        parts = list(self.pool.map(lambda first: [function(i) for i in every[first::threads]], range(threads)))
+        return [parts[i % threads][i // threads] for i in every]
 
     def to_end(self, progress: Callable[[float], None] | None) -> None:
         """Advance all turbines to the end of their runs."""
@@ -457,14 +463,17 @@ class FarmMarch:
 
     def exchange(self) -> None:
         """Advance all turbines and their wakes to the next exchange."""
-        self._for_all(lambda i: self.turbines[i].march(self.steps[i]))
+        march = self.pool.map if self.pool else map
+        list(march(lambda turbine, steps: turbine.march(steps), self.turbines, self.steps))
         self.done += 1
         if self.wakes is not None:
             states = [turbine.reader.state() for turbine in self.turbines]
             self.wakes.advance(states, self.done * self.wakes.step, self._for_all)
 
     def close(self) -> None:
-        """Release the turbines."""
+        """Release the turbines and the threads."""
+        if self.pool is not None:
+            self.pool.shutdown()
         for turbine in self.turbines:
             turbine.simulation.close()
 

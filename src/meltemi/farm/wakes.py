@@ -12,21 +12,33 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.compiler import View, without_dispatch
-from meltemi.farm.averages import ALONG, AMBIENT, DISTURBED, drift, horizontal, rotor_mean, rotor_wind, select_planes
+from meltemi.compiler import View
+from meltemi.farm.averages import (
+    ALONG,
+    AMBIENT,
+    DISTURBED,
+    drift,
+    horizontal,
+    longest,
+    observe,
+    rotor_mean,
+    rotor_wind,
+)
 from meltemi.farm.curled import Curled
 from meltemi.farm.eddies import EDDY_SPACING, eddies_of
 from meltemi.farm.field import LARGEST, LINEAR, QUADRATIC, PlaneField, Planes, VisiblePlanes, WakeField, WakePart, Wakes
-from meltemi.farm.march import Mixing, march
-from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, quadrature_error
+from meltemi.farm.march import Mixing, march, totals
+from meltemi.farm.quick import quick
+from meltemi.farm.release import Released, load_coefficients, release, within
+from meltemi.farm.sets import FINE_RINGS, WakeSet, average_points, by_angle, quadrature_error
 from meltemi.farm.settings import WakeSettings
-from meltemi.maths.vectors import Vec
+from meltemi.maths.vectors import Vec, dot
 from meltemi.wind.fields import SteadyWind, Wind, wind_arrays
 
 Float = NDArray[np.float64]
@@ -56,43 +68,11 @@ LEAST_SHARE = 0.3
 """Least wind in which a turbine starts, over the ambient wind."""
 LEAST_WIND = 1.0
 """[m/s] least wind of a thrust coefficient: a rotor in calm air leaves no wake."""
-FINE = 40
-"""Points between the radii of a profile for integrals of the load along the blade."""
-MOST_THRUST = 2.0
-"""Largest thrust coefficient at any radius."""
-
-
-_FORMS: dict[tuple[Any, ...], Any] = {}
-
-
-def quick(function: Any, *args: Any) -> Any:
-    """Call a kernel in the compiled form of its last call with such arguments, which saves a look-up of 20 us."""
-    key = (function, *map(type, args))
-    if key in _FORMS:
-        return _FORMS[key](*args)
-    result = function(*args)
-    if hasattr(function, "overloads"):
-        _FORMS[key] = without_dispatch(function, *args)
-    return result
 
 
 def left_of(axis: Float) -> Float:
     """(3, ...) horizontal unit vectors across axes (3, ...), to the left."""
     return np.array([-axis[1], axis[0], 0.0 * axis[0]]) / np.maximum(np.hypot(axis[0], axis[1]), 1e-6)
-
-
-@cache
-def projection(spacing: float, count: int) -> tuple[Float, Float]:
-    """Radii [m], and the matrix that projects a load per length there to values at ``count`` equidistant radii.
-
-    The projection, linear in between, preserves the sum and the first moment of the load (Galerkin): at the tip it
-    falls to zero within one spacing.
-    """
-    x = spacing / FINE * np.arange(FINE * count + 1, dtype=np.float64)
-    hats = np.clip(1.0 - np.abs(x - spacing * np.arange(count)[:, None]) / spacing, 0.0, None)
-    mass = (4.0 * np.eye(count) + np.eye(count, k=1) + np.eye(count, k=-1)) / 6.0
-    mass[0, 0] = 1.0 / 3.0
-    return x, np.asarray(np.linalg.solve(mass, hats / FINE), dtype=np.float64)
 
 
 def mixing_of(model: WakeSet, diameter: float) -> Mixing:
@@ -123,12 +103,11 @@ class RotorState:
 
     def coefficients(self, r: Float, radius: float, wind: float) -> Float:
         """(2, R) local load coefficients at equidistant radii [m] from 0, for the wind along the axis [m/s] (K-1)."""
-        pressure = self.density * math.pi * max(wind, LEAST_WIND) ** 2
-        x, projected = projection(float(r[1]), len(r))
-        along = [projected @ np.interp(x, self.radius, load, 0.0, 0.0) for load in self.load]
-        local = np.clip(np.array(along) / np.maximum(r, 1e-3) / pressure, [[0.0], [-MOST_THRUST]], MOST_THRUST)
-        # the projection gives points beyond the tip a share of the load
-        return np.where((r > 0.0) & (r < radius + r[1]), local, 0.0)
+        local = np.empty((2, len(r)))
+        speed, spacing = max(wind, LEAST_WIND), float(r[1])
+        given = np.ascontiguousarray(self.radius), np.ascontiguousarray(self.load)
+        quick(load_coefficients, *given, spacing, radius, self.density, speed, local)
+        return local
 
     def mixed(self, other: RotorState, w: float) -> RotorState:
         """Linear interpolation by w from this state to another one of the same rotor."""
@@ -144,8 +123,10 @@ class RotorState:
     @property
     def skew(self) -> Float:
         """(2,) direction cosines of the wind in the rotor plane, to the left and upwards."""
-        left, u = left_of(self.shaft), self.wind / max(float(np.linalg.norm(self.wind)), LEAST_WIND)
-        return np.array([left @ u, np.cross(self.shaft, left) @ u])
+        (x, y, z), (u, v, w) = self.shaft.tolist(), self.wind.tolist()
+        level = max(math.hypot(x, y), 1e-6)
+        left, up = (x * v - y * u) / level, (level * w - z * (x * u + y * v) / level)
+        return np.array([left, up]) / max(math.hypot(u, v, w), LEAST_WIND)
 
 
 @dataclass(frozen=True)
@@ -181,11 +162,6 @@ class Axisymmetric:
         average = partial(average_points, self.model, diameter)
         return quadrature_error(average(rings), average(FINE_RINGS), self.r)
 
-    def top_hats(self, V: Float) -> tuple[Float, Float, Float, Float]:
-        """Integrals of deficits (planes, points) and of their squares over 2 pi, and the centroids [m] of deficits."""
-        r, zero = self.r, np.zeros(len(V))
-        return r[1] * (V @ r), r[1] * (V**2 @ r), zero, zero
-
 
 class FarmWakes:
     """The wakes of a farm.
@@ -220,10 +196,11 @@ class FarmWakes:
         shared: dict[str, Any] = {
             "planes": Planes.zeros(wake=n, plane=most),
             "profile": np.zeros((n, most, self.shape.points, 3), dtype=np.float32),
+            "longest": np.zeros((2, n)),
             "eddies": eddies_of(settings.seed) if settings.added_turbulence else np.zeros((2, 2, 3, 3), np.float32),
         } | self.shape.arrays
         self.planes, self.profile = View(Planes, shared["planes"]), shared["profile"]
-        self.shown = self.profile.copy()
+        self.shown = np.zeros_like(self.profile)
         self.count, self.crossed = np.zeros(n, dtype=np.int64), 0
         merging = {"quadratic": QUADRATIC, "linear": LINEAR, "largest": LARGEST}[settings.merging]
         self._parameters = {
@@ -245,7 +222,8 @@ class FarmWakes:
             self.shape.field("floats", wind_arrays(wind, hub, diameter) | part.members)
             for hub, diameter, part in zip(hubs, diameters, self.parts, strict=True)
         ]
-        self.boxes = np.full((n, 2, 2), np.inf)
+        self.boxes, self.slack = np.full((n, 2, 2), np.inf), SLACK
+        self.near = self.meeting = np.zeros((n, n), dtype=np.int64)
         self.fields, self._reach = list[PlaneField](), list[float]()
         for hub, diameter, members in zip(hubs, diameters, undisturbed, strict=True):
             points = _average_points(self.model, diameter, settings.rings)
@@ -256,7 +234,10 @@ class FarmWakes:
         self.mixing = [mixing_of(self.model, d) for d in diameters]
         self.intensity = settings.intensity
         self.keep = [math.exp(-2.0 * math.pi * step * self.model.cut_off / (0.5 * d)) for d in diameters]
-        self._filtered: list[dict[str, Any] | None] = [None] * n
+        self._turn = [np.array([self.model.turn, self.model.turn_yaw, self.model.lateral, 0.5 * d]) for d in diameters]
+        self._aside = np.array([self.model.aside, self.model.aside_yaw])
+        self._filtered = [Released.of() for _ in range(n)]
+        self._loads = np.zeros((n, 2, RADII))
 
     def _members(self, shared: dict[str, Any], x: float, y: float, added: float) -> dict[str, Any]:
         """Arrays of the wakes for an observer with its origin at x and y."""
@@ -266,109 +247,116 @@ class FarmWakes:
             "visible": np.zeros((len(VisiblePlanes), len(self.positions)), dtype=np.int64),
         }
 
-    def exchange(self, k: int, rotor: RotorState, t: float) -> None:
-        """Advance wake k to time ``t`` [s] and begin a plane at its rotor with the mean state since the last one."""
-        m, model = self.fields[k], self.model
-        before = int(self.count[k])
+    def along(self) -> list[Float]:
+        """(4, planes) filters along each wake: viscosities at its planes, added turbulence a step further."""
+        x = [self.planes["travelled"][k, :n] for k, n in enumerate(self.count)]
+        way = [self.step * np.abs(self.planes["axial"][k, :n]) for k, n in enumerate(self.count)]
+        diameters = np.repeat(self.diameters, self.count)
+        before = np.concatenate(x)
+        filters = np.zeros((4, len(before)))
+        filters[:2] = self.model.filters(before / diameters)
+        filters[2:] = self.model.added((before + np.concatenate(way)) / diameters)
+        at_rotor, along, end = self.model.added(np.zeros(1)), list[Float](), np.cumsum(self.count)
+        for last, n in zip(end, self.count, strict=True):
+            each = np.zeros((4, n + 1))
+            each[:2, :n], each[2:, :1], each[2:, 1:] = (
+                filters[:2, last - n : last],
+                at_rotor,
+                filters[2:, last - n : last],
+            )
+            along.append(each)
+        return along
+
+    def exchange(self, k: int, rotor: RotorState, t: float, along: Float) -> None:
+        """Advance wake k to time ``t`` [s] and begin a plane at its rotor with the mean state since the last one.
+
+        Args:
+          along: filters of :meth:`along` for this wake.
+        """
+        m, before = self.fields[k], int(self.count[k])
         if before:
-            x, way = self.planes["travelled"][k, :before], np.abs(self.planes["axial"][k, :before]) * self.step
-            after = np.concatenate([[0.0], x + way]) / self.diameters[k]
-            along = np.zeros((4, before + 1))
-            along[:2, :before], along[2:] = model.filters(x / self.diameters[k]), model.added(after)
             now = quick(march, m, k, before, self.step, self.keep[k], self.mixing[k], along)
             self.crossed += min(before + 1, self.profile.shape[1]) - now
-            far = np.flatnonzero(self.planes["travelled"][k, :now] > self.reach[k])
-            self.count[k] = now if len(far) == 0 else far[0] + 1
+            self.count[k] = quick(within, m, k, now, float(self.reach[k]))
         else:
             self.count[k] = 1
-        self._begin(k, rotor, t)
+        self._begin(k, rotor, t, 0.0 if before == 0 else self.keep[k])
+        quick(totals, m, k, 0)
+        quick(longest, m, k, int(self.count[k]))
 
-    def _begin(self, k: int, rotor: RotorState, t: float) -> None:
+    def _begin(self, k: int, rotor: RotorState, t: float, keep: float) -> None:
         """Set the plane at the rotor from filtered states (K-1 to K-3)."""
-        m, model, radius = self.fields[k], self.model, 0.5 * self.diameters[k]
-        hub = rotor.hub + np.array([*self.positions[k], 0.0])
-        axis = rotor.shaft / np.linalg.norm(rotor.shaft)
-        ambient, intensity = quick(rotor_wind, m, t, Vec(*hub), Vec(*axis))
-        relative = float(rotor.wind @ axis)
-        new = {
-            "hub": hub,
-            "axis": axis,
-            "relative": relative,
-            "ambient": ambient,
-            "intensity": intensity if self.intensity is None else self.intensity,
-            "yaw": rotor.yaw_error,
-            "skew": rotor.skew,
-            "load": rotor.coefficients(self.r, radius, relative),
-        }
-        old, keep = self._filtered[k], self.keep[k]
-        now = new if old is None else {name: keep * old[name] + (1.0 - keep) * new[name] for name in new}
-        axis = now["axis"] = now["axis"] / np.linalg.norm(now["axis"])
-        self._filtered[k] = now
-        planes, aside = self.planes, model.aside + model.aside_yaw * now["yaw"]
-        planes["centre"][:, k, 0] = now["hub"] + aside * left_of(axis)
-        planes["normal"][:, k, 0] = axis
-        planes["travelled"][k, 0] = 0.0
-        planes["wind"][k, 0], planes["intensity"][k, 0] = now["ambient"], now["intensity"]
-        planes["yaw"][k, 0] = now["yaw"]
-        if old is None:
-            planes["axial"][k, 0] = now["ambient"]
-        self.profile[k, 0] = self.shape.inlet(now, radius, max(now["relative"], LEAST_WIND))
-        n = int(self.count[k])  # profiles are constant while planes drift: use those half a step ahead
-        np.add(self.profile[k, : n - 1], self.profile[k, 1:n], out=self.shown[k, : n - 1])
-        self.shown[k, : n - 1] *= 0.5
-        self.shown[k, n - 1] = self.profile[k, n - 1]
+        m, radius = self.fields[k], 0.5 * self.diameters[k]
+        hub, axis = self._disk(k, rotor)
+        ambient, intensity = quick(rotor_wind, m, t, hub, axis)
+        relative = float(rotor.wind @ np.array(axis))
+        left, up = rotor.skew
+        new = Released.of(
+            hub=hub,
+            axis=axis,
+            relative=relative,
+            ambient=ambient,
+            intensity=intensity if self.intensity is None else self.intensity,
+            yaw=rotor.yaw_error,
+            skew_left=left,
+            skew_up=up,
+        )
+        now, loads = self._filtered[k], self._loads[k]
+        coefficients = rotor.coefficients(self.r, radius, relative)
+        quick(release, m, k, new, coefficients, now, loads, keep, self._aside)
+        state = {"load": loads, "skew": np.array([now.skew_left, now.skew_up]), "ambient": now.ambient}
+        self.profile[k, 0] = self.shape.inlet(state, radius, max(now.relative, LEAST_WIND))
 
     def settle(self, k: int, t: float) -> None:
         """Compute the velocities of the planes of wake k at time ``t`` [s], after all wakes have been advanced."""
-        model, m = self.model, self.fields[k]
+        m = self.fields[k]
         m.wakes.time = t
-        turn = np.array([model.turn, model.turn_yaw, model.lateral, 0.5 * self.diameters[k]])
-        near = self._meeting(self.boxes[k], self._reach[k])
-        quick(drift, m, k, self.count, near, t, self._averages, self._missed[self.diameters[k]], turn)
+        missed = self._missed[self.diameters[k]]
+        quick(drift, m, k, self.count, self.meeting[k], t, self._averages, missed, self._turn[k])
 
     def show(self, i: int, rotor: RotorState, t: float) -> None:
         """Select the planes of wakes that turbine i evaluates until the next exchange."""
-        m = self.observers[i]
-        m.wakes.time = t
-        speeds = np.linalg.norm(self.planes["velocity"], axis=0)
-        slack = SLACK + self.step * float(speeds.max())
-        near = self._others(i, slack)
-        quick(select_planes, m, self.count, near, *self._disk(i, rotor), SEEN * self.diameters[i], slack)
+        m, (centre, axis), radius = self.observers[i], self._disk(i, rotor), SEEN * self.diameters[i]
+        quick(observe, m, t, self.count, self.near[i], centre, axis, radius, SLACK, self.slack, self.profile)
 
     def _boxes(self) -> Float:
         """(wakes, 2, 2) [m] smallest and largest x and y of the centres of each wake."""
         centres = [self.planes["centre"][:2, k, :n] for k, n in enumerate(self.count)]
         return np.array([[centre.min(axis=1), centre.max(axis=1)] for centre in centres])
 
-    def _others(self, i: int, slack: float) -> NDArray[np.int64]:
-        """1 for each wake of another turbine that may meet rotor i."""
-        near = self._meeting(np.tile(self.positions[i], (2, 1)), SEEN * self.diameters[i] + slack)
-        near[i] = 0
-        return near
+    def _meeting(self, boxes: Float, beside: Float) -> NDArray[np.int64]:
+        """(n, wakes) 1 for each wake that may meet disks of radii (n,) [m] whose centres are within boxes."""
+        wide = beside[:, None, None] + self.shape.reach + SLACK
+        low, high = self.boxes[None, :, 0] - wide, self.boxes[None, :, 1] + wide
+        return np.all((low <= boxes[:, None, 1]) & (boxes[:, None, 0] <= high), axis=2).astype(np.int64)
 
-    def _meeting(self, box: Float, beside: float) -> NDArray[np.int64]:
-        """1 for each wake that may meet disks of a radius [m] whose centres are within a box."""
-        wide = beside + self.shape.reach + SLACK
-        low, high = self.boxes[:, 0] - wide, self.boxes[:, 1] + wide
-        return np.all((low <= box[1]) & (box[0] <= high), axis=1).astype(np.int64)
+    def _near(self) -> None:
+        """Find the wakes of other turbines that may meet each rotor until the next exchange."""
+        rotors, radii = np.repeat(self.positions[:, None], 2, axis=1), SEEN * np.array(self.diameters)
+        self.slack = SLACK + self.step * math.sqrt(float((self.planes["velocity"] ** 2).sum(axis=0).max()))
+        self.near = self._meeting(rotors, radii + self.slack) * (1 - np.eye(len(radii), dtype=np.int64))
 
     def _disk(self, i: int, rotor: RotorState) -> tuple[Vec, Vec]:
         """Centre [m] and axis of a rotor in the farm."""
-        hub = rotor.hub + np.array([*self.positions[i], 0.0])
-        return Vec(*hub), Vec(*(rotor.shaft / np.linalg.norm(rotor.shaft)))
+        (x, y, z), axis = rotor.hub.tolist(), Vec(*rotor.shaft.tolist())
+        there = self.positions[i].tolist()
+        return Vec(x + there[0], y + there[1], z), (1.0 / math.sqrt(dot(axis, axis))) * axis
 
     def rotor_wind(self, i: int, rotor: RotorState, t: float) -> tuple[Float, Float]:
         """(3,) [m/s] mean wind over the span of rotor i with the wakes of the other turbines, and (3,) ambient wind."""
         m = self.fields[i]
         m.wakes.time = t
-        u, v = quick(rotor_mean, m, t, self.count, self._others(i, 0.0), *self._disk(i, rotor))
+        u, v = quick(rotor_mean, m, t, self.count, self.near[i], *self._disk(i, rotor))
         return np.array([u.x, u.y, u.z]), np.array([v.x, v.y, v.z])
 
     def advance(self, rotors: Sequence[RotorState], t: float, together: Together) -> None:
         """One exchange at time ``t`` [s]: advance wakes, begin planes at the rotors, update velocities."""
-        together(lambda k: self.exchange(k, rotors[k], t))
+        along = self.along()
+        together(lambda k: self.exchange(k, rotors[k], t, along[k]))
         self.boxes = self._boxes()
+        self.meeting = self._meeting(self.boxes, np.array(self._reach))
         together(lambda k: self.settle(k, t))
+        self._near()
         together(lambda k: self.show(k, rotors[k], t))
 
     def develop(self, rotor: Callable[[int, float], RotorState], together: Together) -> Float:
@@ -381,8 +369,7 @@ class FarmWakes:
           (turbines,) ratio of the mean wind along each rotor axis with the wakes of the others to the ambient one.
         """
         n, shares = len(self.count), np.ones(len(self.count))
-        self.count[:], self._filtered = 0, [None] * n
-        self.boxes = np.full((n, 2, 2), np.inf)  # no wakes yet
+        self.count[:], self.near = 0, np.zeros((n, n), dtype=np.int64)  # no wakes yet
         last = math.ceil(float(self.reach.max()) / (DEVELOPED * self.mean.speed * self.step))
         keep = math.exp(-self.step / MEMORY)
         for e in range(-last, 1):
@@ -397,16 +384,17 @@ class FarmWakes:
 
     def paths(self) -> list[NDArray[np.float32]]:
         """(9, planes) centre, travelled path, velocity, and deficit and radius of top hats for each wake."""
-        p, paths = self.planes, list[NDArray[np.float32]]()
-        for k, n in enumerate(self.count):
-            flux, square, left, up = self.shape.top_hats(-self.profile[k, :n, :, 0])
-            hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
-            wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
-            axis, side = p["normal"][:, k, :n], left_of(p["normal"][:, k, :n])
-            centre = p["centre"][:, k, :n] + left * side + up * np.cross(axis, side, axis=0)
-            rows = centre, p["travelled"][k : k + 1, :n], p["velocity"][:, k, :n], hat[None], wide[None]
-            paths.append(np.concatenate(rows, dtype=np.float32))
-        return paths
+        p, every = self.planes, slice(0, int(self.count.max()))
+        axis, flux, square = (p[name][..., every] for name in ("normal", "flux", "square"))
+        hat = square / np.where(flux > 0.0, flux, np.inf)  # a top hat: deficit times half the radius squared
+        wide = np.sqrt(2.0 * np.maximum(flux, 0.0) / np.where(hat > 0.0, hat, np.inf))
+        rows = np.empty((9, *flux.shape), dtype=np.float32)
+        side = left_of(axis)
+        rows[:3] = (
+            p["centre"][..., every] + p["left"][:, every] * side + p["up"][:, every] * np.cross(axis, side, axis=0)
+        )
+        rows[3], rows[4:7], rows[7], rows[8] = p["travelled"][:, every], p["velocity"][..., every], hat, wide
+        return [rows[:, k, :n].copy() for k, n in enumerate(self.count)]
 
     def horizontal(self) -> tuple[Float, Float, Float]:
         """Wind speed at hub height over the farm now: x, y [m], (x, y) [m/s]."""
@@ -439,7 +427,7 @@ def _average_points(model: WakeSet, diameter: float, rings: int) -> dict[str, Fl
         "disk": average_points(disk, diameter, rings),
         "span": span,
     }
-    return {name: np.ascontiguousarray(each.T) for name, each in points.items()}
+    return {name: np.ascontiguousarray(by_angle(each).T) for name, each in points.items()}
 
 
 def _in_wind(rotor: RotorState, wind: Float) -> RotorState:
