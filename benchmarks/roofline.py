@@ -37,7 +37,8 @@ PARTS = {
 }
 """Kernels of an evaluation by part, in their order."""
 CALLS = {
-    step.motion: (), step.series_now: ("t",), step.tower_wind: ("t",), step.relative_wind: ("t",), step.disk_averages: (),
+    step.motion: (), step.series_now: ("t",), step.tower_wind: ("t",), step.relative_wind: ("t",),
+    step.disk_averages: (),
     step.induce: ("t",), step.loads: ("dt",), step.tower_load: (), step.collect_blades: (), step.assemble: ("dt",),
     step.implicit_terms: ("dt",), step.accelerations: (),
 }  # fmt: skip

@@ -24,7 +24,7 @@ SIMULATE = """
 import meltemi
 from meltemi import SteadyWind, Start, build, load_turbine, simulate
 start = Start(rotor_speed=1.2, coordinates={})
-simulate(build(load_turbine("nrel5mw")), SteadyWind(speed=12.0), duration=0.01, start=start)
+simulate(build(load_turbine("nrel5mw")), SteadyWind(speed=12.0), duration=0.05, start=start)
 """
 BATCH = """
 import meltemi

@@ -100,15 +100,8 @@ def cache_folder() -> Path | None:
     """
     cpu = os.environ.get("NUMBA_CPU_NAME") or llvmlite.binding.get_host_cpu_name()
     features = os.environ.get("NUMBA_CPU_FEATURES") or ""
-    key = (
-        source_hash(),
-        numba.__version__,
-        np.__version__,
-        platform.python_version(),
-        cpu,
-        features,
-        platform.machine(),
-    )
+    versions = numba.__version__, np.__version__, platform.python_version()
+    key = (source_hash(), *versions, cpu, features, platform.machine())
     try:
         user_key()
         folder = private_folder("kernels", hashlib.sha256("|".join(key).encode()).hexdigest()[:16])

@@ -26,8 +26,7 @@ from meltemi.simulation.parts import Part, part_of_sea
 from meltemi.simulation.rotors import default_step, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start
-from meltemi.simulation.unsteady import unseen
-from meltemi.wind.fields import Wind, check_coverage, mean_before, mean_speed, unusual
+from meltemi.wind.fields import Wind, WindSeries, check_coverage, mean_before, mean_speed, unusual
 from meltemi.wind.turbulent import realised
 
 if TYPE_CHECKING:
@@ -170,7 +169,11 @@ def wind_of(run: Run, plan: RunPlan) -> tuple[Wind, list[str]]:
     )
     changing = {"grid": run.grid, "environment.air": plan.model.environment.air}
     noticed += [words for part in plan.model.parts for words in part.notices(plan.channels)]
-    return wind, [*noticed, *unseen(wind, changing, run.duration, run.transient)]
+    if isinstance(wind, WindSeries) or any(changing.values()):
+        from meltemi.simulation.unsteady import unseen
+
+        noticed += unseen(wind, changing, run.duration, run.transient)
+    return wind, noticed
 
 
 def controller_of(run: Run, plan: RunPlan, wind: Wind) -> tuple[Controller, int]:

@@ -23,8 +23,7 @@ from meltemi.simulation.points import initial_state
 from meltemi.simulation.rotors import kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.start import Start, begin
-from meltemi.simulation.unsteady import wind_log
-from meltemi.wind.fields import Wind
+from meltemi.wind.fields import Wind, WindSeries
 
 
 @dataclass(frozen=True)
@@ -71,7 +70,11 @@ def surroundings(run: Run, plan: RunPlan) -> Surroundings:
         start, words = initial_state(plan.model, wind, run.start() if callable(run.start) else run.start)
     except InputError as error:  # an implausible value may be the cause
         raise InputError("; note: ".join([str(error), *noticed])) from None
-    log = (*plan.events.log, *wind_log(wind, run.duration, plan.dt))
+    log = plan.events.log
+    if isinstance(wind, WindSeries):
+        from meltemi.simulation.unsteady import wind_log
+
+        log = (*log, *wind_log(wind, run.duration, plan.dt))
     return Surroundings(wind, controller, every_control, start, (*noticed, *words), log)
 
 

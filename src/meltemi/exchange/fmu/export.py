@@ -23,8 +23,11 @@ from meltemi.core.extras import need
 from meltemi.core.files import replacing
 from meltemi.core.yamlfile import write_record
 from meltemi.exchange.fmu.unit import ABOUT, CASE
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import write_turbine
 
+COMMUNICATION_STEP = 0.01
+"""[s] time step of a unit whose options have none: masters usually call it in multiples of it."""
 ICON = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAACAAAAAgAQAAAABbAUdZAAAANElEQVR42mP4DwQM///Xk0X8kwcSP/iBxANmINFmACT4LOoZ/tjZyTP8+Wc/H6"
     "jE/j8lBADKxmY4kO1waQAAAABJRU5ErkJggg=="
@@ -66,6 +69,8 @@ def export_fmu(case: LoadCase, path: str | Path, *, fmi: Literal["2.0", "3.0"] =
     package, base = ("pythonfmu", "Fmi2Slave") if fmi == "2.0" else ("pythonfmu3", "Fmi3Slave")
     need(f"an FMU of FMI {fmi}", package)
     turbine, case = case_turbine(case, folder), self_contained(case, folder)
+    if case.options.time_step is None and isinstance(turbine, Turbine):
+        case = case.replace(options=case.options.replace(time_step=COMMUNICATION_STEP))
     identifier = re.sub(r"\W", "_", path.stem)
     identifier = identifier if identifier[0].isalpha() else f"turbine_{identifier}"
     about = {
