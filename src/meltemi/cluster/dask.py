@@ -63,20 +63,15 @@ class Cluster:
 
         for _ in range(TRIES):
             future = self._asked(self.client.submit, on_worker, VERSION, folder, work, pure=False)
+            ended = threading.Event()
+            future.add_done_callback(lambda _, ended=ended: ended.set())
+            while not ended.wait(POLL):
+                if stop.is_set():
+                    future.cancel()
+                    raise KeyboardInterrupt
             with suppress(KilledWorker):
-                return self._result(future, stop)
+                return self._asked(future.result)
         raise InputError(f"workers died {TRIES} times in it, for instance for want of memory")
-
-    def _result(self, future: Any, stop: threading.Event) -> Any:
-        while True:
-            try:
-                return self._asked(future.result, timeout=POLL)
-            except TimeoutError:
-                if future.done():  # of the work itself
-                    raise
-            if stop.is_set():
-                future.cancel()
-                raise KeyboardInterrupt
 
     def _asked(self, what: Callable[..., Any], *arguments: Any, **settings: Any) -> Any:
         """What the scheduler answers.

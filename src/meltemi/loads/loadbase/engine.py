@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, replace
 from functools import partial
+from itertools import accumulate
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
@@ -35,11 +36,13 @@ if TYPE_CHECKING:
     import pandas as pd
 
 GROUP = 10800.0
-"""Time [s] simulated by a group of cases: about 15 s of one core."""
+"""Time [s] simulated by a group of cases, with ``SHORTEST`` more for each: about 15 s of one core."""
+SHORTEST = 30.0
+"""Time [s] that is simulated while a case begins and is reduced."""
 KEPT = 30.0
 """Time [s] after which finished cases are written, though they are no group yet: no more is lost to a full disk."""
-MOST_GROUPS = 2000
-"""Largest number of groups; larger load bases have larger groups."""
+FEWEST_GROUPS, MOST_GROUPS = 100, 2000
+"""Numbers of groups: many more than workers, of which each may be lost; but of larger load bases they are larger."""
 MOST_PROBLEMS = 50
 """Largest number of messages that a notebook shows."""
 
@@ -230,14 +233,13 @@ def run_jobs(jobs: Sequence[Job], store: ResultStore, how: Execution) -> None:
 
 def grouped(jobs: Sequence[Job]) -> list[list[Job]]:
     """Groups of consecutive jobs, in random order."""
-    size = max(GROUP, sum(job.seconds for job in jobs) / MOST_GROUPS)
-    groups: list[list[Job]] = [[]]
-    for job in jobs:
-        groups[-1].append(job)
-        if sum(each.seconds for each in groups[-1]) >= size:
-            groups.append([])
-    random.shuffle(groups)
-    return [group for group in groups if group]
+    *begins, whole = accumulate((job.seconds + SHORTEST for job in jobs), initial=0.0)
+    size, groups = max(min(GROUP, whole / FEWEST_GROUPS), whole / MOST_GROUPS, 1e-9), dict[int, list[Job]]()
+    for job, begin in zip(jobs, begins, strict=True):
+        groups.setdefault(int(begin / size), []).append(job)
+    shuffled = list(groups.values())
+    random.shuffle(shuffled)
+    return shuffled
 
 
 class _Count:
