@@ -4,9 +4,9 @@
 
 Cases of 3 s of the NREL 5 MW. Slurm is that of ``tools/slurm.py`` with four nodes of two processors; each task of the
 array is hit once at a random time: its process is killed, or the job with it, or it is told to end and started again as
-by preemption. Dask has eight workers, each of which is killed within two minutes, and those that take their place every
-five minutes on average. What is missing or different ends the tool with an assertion. It prints a table, and writes it to
-FOLDER/proof.md.
+by preemption. Dask has eight workers, each of which is killed within two minutes, and those that take their place after
+five minutes on average. What is missing or different ends the tool with an assertion. It prints a table, and writes it
+to FOLDER/proof.md.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ def by_dask(base: Path, tasks: int) -> tuple[float, Counter[str]]:
                     process.kill()
 
     with (
-        LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=WORKERS, threads_per_worker=1, dashboard_address=":0") as cluster,
         watched("multiprocessing.spawn", act) as workers,
         watched(f"loads run {base}") as host,
     ):

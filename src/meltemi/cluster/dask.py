@@ -21,6 +21,8 @@ LOCAL = "local"
 """Address that stands for worker processes of this machine."""
 AHEAD = 2
 """Pieces that a worker receives before it has finished the first."""
+CONNECTED = 20.0
+"""[s] within which a scheduler must answer."""
 TRIES = 8
 """Times that a piece is sent; Dask gives it up when four workers have died in it."""
 POLL = 0.5
@@ -43,7 +45,8 @@ class Cluster:
     def has_room(self, n: int) -> bool:
         """Whether the workers, which may come and go, can take one more piece than ``n``."""
         if monotonic() - self.looked >= POLL:
-            self.looked, self.threads = monotonic(), sum(self._asked(self.client.nthreads).values())
+            self.looked = monotonic()  # before the answer: only one thread asks
+            self.threads = sum(self._asked(self.client.nthreads).values())
         return n < AHEAD * max(self.threads, 1)
 
     def value(self, work: Callable[[], T], folder: Path | None, stop: threading.Event) -> T:
@@ -100,9 +103,9 @@ def connected(address: str) -> Iterator[Cluster]:
 
     cluster = None
     if address == LOCAL:
-        cluster = LocalCluster(n_workers=available_cores(), threads_per_worker=1, dashboard_address=None)
+        cluster = LocalCluster(n_workers=available_cores(), threads_per_worker=1, dashboard_address=":0")
     try:
-        client = Client(cluster or address, set_as_default=False)
+        client = Client(cluster or address, set_as_default=False, timeout=CONNECTED)
     except (OSError, ValueError) as error:
         raise InputError(f"dask {address}: no scheduler there ({error})") from None
     with cluster or nullcontext(), client:

@@ -200,7 +200,7 @@ class Batch:
             if self.cluster is None or self.cluster.has_room(number):
                 self._run_group()
             else:
-                self.stop.wait(PROGRESS_SECONDS)
+                self.stop.wait(1.0)
 
     def _run_group(self) -> None:
         group = [*self._group()]
