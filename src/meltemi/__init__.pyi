@@ -19,7 +19,6 @@ from meltemi.farm.simulation import simulate_farm as simulate_farm
 from meltemi.io import read_result as read_result
 from meltemi.io import read_wind as read_wind
 from meltemi.io import write_result as write_result
-from meltemi.loadcases.batch import Piece as Piece
 from meltemi.loadcases.batch import simulate_batch as simulate_batch
 from meltemi.loadcases.store import Outcome as Outcome
 from meltemi.loads import equivalent_loads as equivalent_loads

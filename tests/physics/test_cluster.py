@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 import meltemi
-from meltemi import Piece, Run, SteadyWind, simulate_batch
+from meltemi import Run, SteadyWind, simulate_batch
+from meltemi.analysis import Piece
 from meltemi.cluster import dask
 from meltemi.core.errors import InputError, Status
 from meltemi.tuning.run_store import FOLDER, FailedResult, cells, run_store
