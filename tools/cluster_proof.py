@@ -158,6 +158,9 @@ def by_dask(base: Path, tasks: int) -> tuple[float, Counter[str]]:
         watched("multiprocessing.spawn", act) as workers,
         watched(f"loads run {base}") as host,
     ):
+        cluster.adapt(
+            minimum=WORKERS, maximum=WORKERS
+        )  # also those that die as they begin
         meltemi_command("loads", "run", base, "--dask", cluster.scheduler_address)
     return sum(workers.spent.values()) + sum(host.spent.values()), kills
 

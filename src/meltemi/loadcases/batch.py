@@ -22,7 +22,7 @@ from types import FrameType
 from typing import Any, cast
 
 from meltemi.core.calls import arguments_of, explained
-from meltemi.core.errors import InputError, MeltemiError, RunError, Status
+from meltemi.core.errors import InputError, MeltemiError, Status
 from meltemi.core.interrupts import on_interrupt
 from meltemi.core.log import LOG
 from meltemi.core.threads import available_cores, one_blas_thread
@@ -342,17 +342,3 @@ def simulate_batch(batch: Batch) -> list[Outcome]:
       InputError: ``workers`` or ``out`` is not valid, or one of ``cases`` is no run.
     """
     return batch.run()
-
-
-def completed(outcomes: Iterable[Outcome]) -> list[Any]:
-    """Values of the outcomes, all of which must have the status OK.
-
-    Raises:
-      RunError: a case has another status; the message has its name and the reason.
-    """
-    values = []
-    for outcome in outcomes:
-        if not outcome.ok:
-            raise RunError(f"{outcome.name}: {outcome.message}")
-        values.append(outcome.value)
-    return values

@@ -30,12 +30,12 @@ from meltemi.compiler import njit
 from meltemi.control.signals import Measurements
 from meltemi.control_laws.sensors import normal, philox
 from meltemi.control_laws.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
-from meltemi.loadcases.batch import Piece, completed
+from meltemi.loadcases.batch import Piece
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.yaw_limits import BasePoints
 from meltemi.supervisor.threshold import YawProtection, YawThreshold, threshold
-from meltemi.tuning.run_store import FailedResult, FailedResultError, attempt, resumed
+from meltemi.tuning.run_store import FailedResult, FailedResultError, attempt, completed, resumed
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]

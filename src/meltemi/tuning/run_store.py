@@ -28,7 +28,7 @@ from typing import Any, TypeVar, cast
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from meltemi.control.controller import Controller
-from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.private import signed, user_key, verified
 from meltemi.core.stores import code_identity, keep_bytes
@@ -321,6 +321,20 @@ def resumed(
         _say(f"{others} of {len(outcomes)} runs of this stage belong to other shards and are not finished")
         raise SystemExit(0)
     return outcomes
+
+
+def completed(outcomes: Iterable[Outcome]) -> list[Any]:
+    """Values of the outcomes, all of which must have the status OK.
+
+    Raises:
+      RunError: a case has another status; the message has its name and the reason.
+    """
+    values = []
+    for outcome in outcomes:
+        if not outcome.ok:
+            raise RunError(f"{outcome.name}: {outcome.message}")
+        values.append(outcome.value)
+    return values
 
 
 def _input(value: Any) -> Any:

@@ -19,11 +19,11 @@ from meltemi.cases.case import case_controller
 from meltemi.control.controller import update_with_derivatives
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.gradients.sensitivity import sensitivity
-from meltemi.loadcases.batch import Piece, completed
+from meltemi.loadcases.batch import Piece
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.simulate import simulate
-from meltemi.tuning.run_store import resumed
+from meltemi.tuning.run_store import completed, resumed
 from meltemi.validation.comparison import CONFIDENCE, Comparison
 from meltemi.validation.measurements import MeasuredRecord
 from meltemi.validation.reduction import STATISTICS
