@@ -17,6 +17,7 @@ from meltemi.gradients.adjoint import gradient as gradient
 from meltemi.gradients.sensitivity import Sensitivity as Sensitivity
 from meltemi.gradients.sensitivity import finite_difference_runs as finite_difference_runs
 from meltemi.gradients.sensitivity import sensitivity as sensitivity
+from meltemi.loadcases.batch import Piece as Piece
 from meltemi.reports.inspection import inspect_turbine as inspect_turbine
 from meltemi.simulation.operating_point import OperatingPoint as OperatingPoint
 from meltemi.simulation.rotors import operating_point as operating_point

@@ -14,6 +14,7 @@ UPWARD = {
     ("app", "farm"),  # a template that lies with its reader
     ("core", "plots"),  # what is shown in a notebook
     ("cases", "sea"),  # fields of a case
+    ("loadcases", "cluster"),  # dask="..."
     ("loadcases", "cuda"),  # device="cuda"
     ("loadcases", "postprocess"),  # files of a batch, and its summaries
     ("simulation", "analyses"),  # states in which a run begins that no plain one needs

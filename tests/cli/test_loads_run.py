@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from terminal import Command
 
 from meltemi.loads.loadbase.campaign import make_campaign, read_campaign, write_campaign
 from meltemi.loads.loadbase.coverage import problems_of, read_results
+from meltemi.loads.loadbase.jobs import Workshop
 from meltemi.loads.loadbase.plan import plan
 from meltemi.loads.loadbase.table import load_table
 from meltemi.postprocess.files import read_netcdf
@@ -97,7 +101,7 @@ def test_report_and_comparison_are_written(command: Command, base: Path) -> None
     [
         (("run", "{base}", "--shard", "3"), "--shard '3': expected k/N with k from 1 to N, for instance 3/16"),
         (("run", "{base}", "--shard", "3/2"), "--shard '3/2': expected k/N"),
-        (("run", "{base}", "--workers", "0"), "workers must be an integer from 1"),
+        (("run", "{base}", "--workers", "0"), "--workers 0: expected 1 to 1000"),
         (("run", "nowhere"), "nowhere"),
         (("report", "{base}", "--limits", "nowhere.yaml"), "nowhere.yaml: no such file"),
         (("status", "nowhere"), "nowhere: no load base, since it has no campaign.yaml"),
@@ -110,3 +114,46 @@ def test_report_and_comparison_are_written(command: Command, base: Path) -> None
 def test_wrong_input_is_told(command: Command, base: Path, arguments: tuple[str, ...], words: str) -> None:
     ran = command("loads", *(text.format(base=base) for text in arguments))
     assert ran.status != 0 and words in ran.err and "Traceback" not in ran.err
+
+
+def test_a_run_that_is_told_to_end_says_what_is_missing(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make, begun = Workshop.run, list[str]()
+
+    def run(self: Workshop, job: Any) -> Any:
+        begun.append(job.name)
+        if len(begun) == 4:
+            os.kill(os.getpid(), signal.SIGTERM)
+        return make(self, job)
+
+    monkeypatch.setattr(Workshop, "run", run)
+    ended = command("loads", "run", small_base(tmp_path), "--workers", 1)
+    assert ended.status == 130
+    assert "of 9 cases are kept, 0.0 h are missing; the same command continues" in ended.err
+    monkeypatch.undo()
+    kept = command("loads", "status", tmp_path).out
+    assert any(f"{n} of 9 cases done" in kept for n in range(2, 9))
+
+
+def test_jobs_are_sized_by_the_plan(command: Command, base: Path, tmp_path: Path) -> None:
+    ours = small_base(tmp_path)
+    done = command("loads", "submit", ours, "--slurm", "--tasks", 3, "--cores", 2)
+    assert done.status == 0 and "3 tasks of 2 cores" in done.out and "estimate from short runs" in done.out
+    expected = done.files[1].read_text().split("--expect ")[1].split()[0]
+    assert command("loads", "run", ours, "--shard", "1/9", "--expect", expected).status == 0
+    campaign = ours / "campaign.yaml"
+    campaign.write_text(campaign.read_text().replace("duration: 2.0", "duration: 2.5"))
+    refused = command("loads", "run", ours, "--expect", expected)
+    assert refused.status == 2 and "not the plan that was submitted" in refused.err
+    for scheduler in ((), ("--slurm", "--pbs")):
+        refused = command("loads", "submit", ours, *scheduler)
+        assert refused.status == 2 and "give one of --slurm, --pbs and --array" in refused.err
+    command("loads", "run", base)
+    refused = command("loads", "submit", base, "--array")
+    assert refused.status == 2 and "all cases have results" in refused.err
+
+
+def test_machine_code_of_a_base_is_compiled_without_results(command: Command, tmp_path: Path) -> None:
+    done = command("loads", "warmup", small_base(tmp_path))
+    assert done.status == 0 and "machine code is in" in done.out and not (tmp_path / "results").exists()

@@ -71,6 +71,8 @@ def whole(tiny: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def small_groups(monkeypatch: pytest.MonkeyPatch) -> None:
     """A file for each pair of cases."""
     monkeypatch.setattr(engine, "GROUP", 6.0)
+    monkeypatch.setattr(engine, "SHORTEST", 0.0)
+    monkeypatch.setattr(engine, "FEWEST_GROUPS", 1)
 
 
 def tables(of: Plan, folder: Path) -> dict[str, pd.DataFrame]:
@@ -392,7 +394,7 @@ import sys
 from meltemi.loads.loadbase import engine
 from meltemi.loads.loadbase.campaign import read_campaign
 from meltemi.loads.loadbase.plan import plan
-engine.GROUP = 6.0
+engine.GROUP, engine.SHORTEST, engine.FEWEST_GROUPS = 6.0, 0.0, 1
 if __name__ == "__main__":
     planned = plan(read_campaign(sys.argv[1]))
     print("begun", flush=True)

@@ -12,7 +12,7 @@ import meltemi
 from meltemi import Run, SteadyWind
 from meltemi.core.physics import PHYSICS
 from meltemi.core.stores import code_identity
-from meltemi.loadcases.store import inputs_of
+from meltemi.postprocess.result_folder import inputs_of
 
 
 @pytest.fixture

@@ -41,6 +41,15 @@ def test_the_first_calls_and_the_second_raises() -> None:
     assert given_back()
 
 
+def test_the_signal_to_end_is_heard_once() -> None:
+    """A second one ends the process, as it would have been without."""
+    heard: list[Any] = []
+    with on_interrupt(heard.append):
+        signal.raise_signal(signal.SIGTERM)
+        assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+    assert len(heard) == 1 and signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
 def test_what_is_called_may_raise() -> None:
     def act(frame: Any) -> None:
         raise KeyboardInterrupt
@@ -75,7 +84,8 @@ def test_what_is_switched_off_stays_so() -> None:
     try:
         with on_interrupt(heard.append):
             ctrl_c()
-        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN and not heard
+            signal.raise_signal(signal.SIGTERM)  # of a scheduler that ends such a run
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN and len(heard) == 1
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

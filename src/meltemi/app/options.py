@@ -95,7 +95,31 @@ WakeOption = Annotated[
     "Induction: momentum; near: trailed vortices behind each blade with momentum's far wake; hybrid, free: a wake of "
     "vortices that move by their age, or each for itself; none [momentum].",
 ]
-WorkersOption = Annotated[int | None, "Simultaneous runs [one per core].", Range(1, 1000)]
+
+
+@dataclass(frozen=True)
+class WorkOptions:
+    """Where the cases of a batch run."""
+
+    workers: Annotated[int | None, "Simultaneous runs [one per core].", Range(1, 1000)] = None
+    shard: Annotated[str | None, "Only every N-th case, beginning with the k-th: k/N, e.g. 3/16."] = None
+    dask: Annotated[str | None, "Address of a Dask scheduler, or: local (processes of this machine)."] = None
+
+    def divided(self) -> dict[str, Any]:
+        """``shard`` and ``dask`` as arguments."""
+        return {"shard": shard_of(self.shard), "dask": self.dask}
+
+
+def shard_of(text: str | None) -> tuple[int, int]:
+    """Number and count of shards of a text k/N."""
+    if text is None:
+        return 1, 1
+    k, _, n = text.partition("/")
+    if not (k.isdigit() and n.isdigit() and 1 <= int(k) <= int(n)):
+        raise InputError(f"--shard {text!r}: expected k/N with k from 1 to N, for instance 3/16")
+    return int(k), int(n)
+
+
 IEC_MODELS = _one_of("NTM", "ETM", "EWM1", "EWM50", "NWP", "EOG", "EDC", "ECD", "ECG", "EWSH", "EWSV")
 """Completion of a wind model of IEC 61400-1."""
 

@@ -12,6 +12,7 @@ import llvmlite.binding as llvm
 import numba
 from numba.core import event
 from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
 
 from meltemi.compiler import linking
 from meltemi.compiler.kernels import OPTIONS
@@ -62,7 +63,13 @@ def reverse_code(text: str) -> str:
 
 def target_name() -> str:
     """Target of :func:`machine_code`, on which machine code depends beside the code: processor and version of LLVM."""
-    return f"{llvm.get_host_cpu_name()} {llvm.llvm_version_info}"
+    return f"{_processor()} {llvm.llvm_version_info}"
+
+
+def _processor() -> tuple[str, str]:
+    """Processor and features of Numba's machine code: of this machine, or by ``NUMBA_CPU_NAME``."""
+    _, name, features = cpu_target.target_context.codegen().magic_tuple()
+    return name, features
 
 
 def machine_code(text: str) -> bytes:
@@ -77,9 +84,8 @@ def machine_code(text: str) -> bytes:
 
 
 def _machine() -> Any:
-    return llvm.Target.from_default_triple().create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=3, jit=True
-    )
+    name, features = _processor()
+    return llvm.Target.from_default_triple().create_target_machine(cpu=name, features=features, opt=3, jit=True)
 
 
 class Loaded:

@@ -1,7 +1,8 @@
-"""Handling of Ctrl-C where an exception could be lost or leave an inconsistent state.
+"""Handling of Ctrl-C, and of the signal to end, where an exception could be lost or leave an inconsistent state.
 
 Python turns Ctrl-C into an exception in the main thread, at whatever it runs then. That is lost if it is raised as
-compiled code calls back into Python, and leaves locks behind if it is raised between threads.
+compiled code calls back into Python, and leaves locks behind if it is raised between threads. SIGTERM, with which a
+scheduler announces that it will end a process, would end it at once.
 """
 
 from __future__ import annotations
@@ -11,29 +12,32 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
+
+USUAL: dict[int, Any] = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
 
 
 @contextmanager
 def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
-    """Within the block the first Ctrl-C calls ``act`` with the current frame; later ones raise KeyboardInterrupt.
+    """Within the block the first Ctrl-C or SIGTERM calls ``act`` with the current frame; later ones act as usual.
 
-    Nothing changes outside of the main thread, or where another handler of Ctrl-C is installed.
+    Nothing changes outside of the main thread, or for a signal with another handler.
     """
-    ours = threading.current_thread() is threading.main_thread()
-    if not (ours and signal.getsignal(signal.SIGINT) is signal.default_int_handler):
-        yield
-        return
+    main = threading.current_thread() is threading.main_thread()
+    ours = [number for number, usual in USUAL.items() if main and signal.getsignal(number) == usual]
 
     def heard(number: int, frame: FrameType | None) -> None:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(number, USUAL[number])
         act(frame)
 
-    signal.signal(signal.SIGINT, heard)
+    for number in ours:
+        signal.signal(number, heard)
     try:
         yield
     finally:
-        try:
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-        except KeyboardInterrupt:  # Ctrl-C came just before the handler was changed
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            raise
+        for number in ours:
+            try:
+                signal.signal(number, USUAL[number])
+            except KeyboardInterrupt:  # Ctrl-C came just before the handler was changed
+                signal.signal(number, USUAL[number])
+                raise

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Annotated
 
-from meltemi.app.options import TURBINES, WorkersOption, completing, load_aeroelastic
+from meltemi.app.options import TURBINES, WorkOptions, completing, load_aeroelastic
 from meltemi.app.scans import cells, finish
 from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, warn, wrote
 from meltemi.core.errors import InputError, did_you_mean
@@ -24,6 +24,7 @@ def reproduce(
     study: Annotated[
         str, "Which one: " + "; ".join(f"{k}: {v}" for k, v in STUDIES.items()), completing(lambda: STUDIES)
     ],
+    work: WorkOptions,
     quick: Annotated[bool, "Few, short runs, for a first impression only."] = False,
     rosco: Annotated[bool, "he2018: only the comparison of its load control with ROSCO."] = False,
     beyond: Annotated[
@@ -32,7 +33,6 @@ def reproduce(
     turbine: Annotated[
         str | None, "Apply the paper's methods to another turbine: a separate page, without claims.", TURBINES
     ] = None,
-    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Reproduce a published study: comparison of all claims, figures and page."""
@@ -43,7 +43,7 @@ def reproduce(
     if rosco:
         if study != "he2018":
             raise InputError(f"--rosco belongs to he2018; {study} has no such part")
-        _rosco(quick, workers, out)
+        _rosco(quick, work, out)
         return
     parts = () if beyond is None else _parts(study, beyond)
     from meltemi.papers import study as study_module
@@ -57,7 +57,13 @@ def reproduce(
         say(words)
     with simulation_bar(study) as progress:
         result = study_module.reproduce(
-            chosen, out, quick=quick, workers=workers, progress=lambda share, what: progress(share), parts=parts
+            chosen,
+            out,
+            quick=quick,
+            workers=work.workers,
+            progress=lambda share, what: progress(share),
+            parts=parts,
+            **work.divided(),
         )
     for table in result.tables:
         print_table(table.caption, table.head, table.texts, text_columns=len(table.head))
@@ -83,20 +89,19 @@ def _parts(study: str, names: tuple[str, ...]) -> Sequence[str]:
     return requested
 
 
-def _rosco(quick: bool, workers: int | None, out: Path) -> None:
+def _rosco(quick: bool, work: WorkOptions, out: Path) -> None:
     from meltemi.bladed_controllers.rosco import find_rosco
     from meltemi.tuning.run_store import run_store
 
     find_rosco()
-    with run_store(out, f"rosco, quick {quick}", "meltemi.papers"):
+    with run_store(out, f"rosco, quick {quick}", "meltemi.papers", **work.divided()):
         from meltemi.papers.he2018.rosco import brief, chapter, compare_with_rosco, comparison_tables, findings
         from meltemi.papers.he2018.runs import QUICK, LoadControlSetup
         from meltemi.papers.study import write_chapter
 
         with simulation_bar("he2018 compared with ROSCO") as progress:
-            comparison = compare_with_rosco(
-                QUICK if quick else LoadControlSetup(), workers=workers, progress=lambda share, what: progress(share)
-            )
+            setup = QUICK if quick else LoadControlSetup()
+            comparison = compare_with_rosco(setup, workers=work.workers, progress=lambda share, what: progress(share))
         files = write_chapter(chapter(comparison), "rosco", out)
     for table in map(brief, comparison_tables(comparison)):
         print_table(table.caption, table.head, table.texts)

@@ -146,6 +146,8 @@ def reproduce(
     workers: int | None = None,
     progress: Progress = lambda share, what: None,
     parts: Sequence[str] = (),
+    shard: tuple[int, int] = (1, 1),
+    dask: str | None = None,
 ) -> Reproduction:
     """Run a study and write its page, tables and figures.
 
@@ -156,6 +158,7 @@ def reproduce(
       workers: number of threads.
       progress: callback with the completed fraction and the current step.
       parts: parts beyond the paper to run.
+      shard, dask: as of :func:`~meltemi.tuning.run_store.run_store`.
     """
     began, drawings = time.perf_counter(), dict[str, Block]()
 
@@ -187,7 +190,7 @@ def reproduce(
             contents.shown, contents.lead, [*files, *contents.files, html], documented(text, study.name)
         )
 
-    with run_store(out, f"{study.name}, quick {quick}", PACKAGE) as book:
+    with run_store(out, f"{study.name}, quick {quick}", PACKAGE, shard, dask) as book:
         results = study.run(quick=quick, workers=workers, progress=progress, partly=write, parts=parts)
         return replace(write(results), **book.problems())
 

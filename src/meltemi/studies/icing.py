@@ -13,7 +13,7 @@ from meltemi.analyses.modes import natural_modes
 from meltemi.compiler import View
 from meltemi.core.shown import Brief
 from meltemi.iec.winds import ntm
-from meltemi.loadcases.batch import completed, simulate_batch
+from meltemi.loadcases.batch import simulate_batch
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.postprocess.fatigue import equivalent_loads
 from meltemi.report.palette import COLOURS
@@ -27,6 +27,7 @@ from meltemi.simulation.rotors import build
 from meltemi.simulation.run import Run
 from meltemi.simulation.trim import operating_point
 from meltemi.structure.tables import BladeNode
+from meltemi.tuning.run_store import completed
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.icing import Icing, with_ice
 from meltemi.turbulence.field import generate_field

@@ -20,8 +20,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,12 @@ from meltemi.compiler import njit
 from meltemi.control.signals import Measurements
 from meltemi.control_laws.sensors import normal, philox
 from meltemi.control_laws.yaw import YawControl, YawControlState, wrap, yaw_settings, yaw_step
-from meltemi.core.threads import available_cores
+from meltemi.loadcases.batch import Piece
 from meltemi.simulation.bladed.rotor import BladedModel
 from meltemi.simulation.trim import operating_point
 from meltemi.studies.yaw_limits import BasePoints
 from meltemi.supervisor.threshold import YawProtection, YawThreshold, threshold
-from meltemi.tuning.run_store import FailedResult, FailedResultError, attempt
+from meltemi.tuning.run_store import FailedResult, FailedResultError, attempt, completed, resumed
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
@@ -310,8 +310,9 @@ def a_year(
 
     year = 365.0 / days
     keys = [(number, seed, name) for number in fronts for seed in seeds for name in kinds]
-    with ThreadPoolExecutor(workers or available_cores()) as pool:
-        results = dict(zip(keys, (year * each for each in pool.map(lambda key: one(*key), keys)), strict=True))
+    pieces = [Piece("{} fronts, seed {}, {}".format(*key), partial(one, *key)) for key in keys]
+    values_of = completed(resumed(pieces, workers=workers))
+    results = {key: year * values for key, values in zip(keys, values_of, strict=True)}
     return tuple(
         StrategyYear(
             name, number, seed, float(values[0]), float(results[number, seed, "S1"][0]), *map(float, values[1:])

@@ -5,6 +5,9 @@ study, started again after Ctrl-C, a crash or a kill, reads them and continues w
 code of the study's package (:func:`~meltemi.core.stores.code_identity`), and by the inputs of the study and of the
 case, so that changed runs are repeated.
 
+Shards of a study each run a part of the cases of a stage and keep their values in that folder; the study goes on
+where all are there.
+
 A failed cell does not end the study: :class:`FailedResult` takes the place of its result and raises an error with the
 reason when it is used. ``attempt`` makes cells of other computations, ``guarded`` replaces what depends on failed ones.
 A doubtful run counts and is listed, so that results outside the range of validity of the model are shown, too.
@@ -25,12 +28,12 @@ from typing import Any, TypeVar, cast
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from meltemi.control.controller import Controller
-from meltemi.core.errors import InputError, MeltemiError, Status
+from meltemi.core.errors import InputError, MeltemiError, RunError, Status
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.private import signed, user_key, verified
 from meltemi.core.stores import code_identity, keep_bytes
-from meltemi.loadcases.batch import Batch
-from meltemi.loadcases.store import Outcome, reduced, with_model_and_wind
+from meltemi.loadcases.batch import Batch, Piece, check_division
+from meltemi.loadcases.store import Outcome, Reduce, reduced
 from meltemi.simulation.result import Result
 from meltemi.simulation.run import Run
 
@@ -44,6 +47,10 @@ NOT_IDENTIFYING = ("name", "start", "progress")
 
 class FailedResultError(MeltemiError):
     """The result of a failed cell was used."""
+
+
+class OtherShardError(MeltemiError):
+    """The case belongs to another shard, which has not finished it; not raised, but named by its outcome."""
 
 
 class FailedResult(NDArrayOperatorsMixin):
@@ -77,7 +84,16 @@ class RunStore:
       reused: number of finished runs that were read from disk.
     """
 
-    def __init__(self, folder: Path | None = None, inputs: str = "", package: str = THIS_PACKAGE) -> None:
+    def __init__(
+        self,
+        folder: Path | None = None,
+        inputs: str = "",
+        package: str = THIS_PACKAGE,
+        shard: tuple[int, int] = (1, 1),
+        dask: str | None = None,
+    ) -> None:
+        check_division(shard, dask, "cpu")
+        self.shard, self.dask = shard, dask
         self.failed: dict[str, str] = {}
         self.doubtful: dict[str, str] = {}
         self.reused = 0
@@ -85,10 +101,11 @@ class RunStore:
         self._seal = b""
         with suppress(OSError):
             self._seal = user_key() if folder is not None else b""
-        self._folder = folder if self._seal else None
+        self.folder = folder.absolute() if folder is not None and self._seal else None
+        if self.folder is not None and dask is not None:
+            self.folder.mkdir(parents=True, exist_ok=True)  # for its workers to see
         self._study = f"{fingerprint(code_identity(package), inputs)}" if self._seal else ""
         self._seen: set[Path] = set()
-        self._files: dict[str, Path | None] = {}
 
     def enter(self, cell: str, why: str, *, doubtful: bool = False) -> None:
         """Enter a failed or doubtful cell, under its name and those of the enclosing cells."""
@@ -100,20 +117,25 @@ class RunStore:
 
     def waiting(self) -> int:
         """Number of stored runs of this study."""
-        return 0 if self._folder is None else len(list(self._folder.glob(f"{self._study}-*")))
+        return 0 if self.folder is None else len(list(self.folder.glob(f"{self._study}-*")))
 
-    def _file_of(self, name: str, case: Run) -> Path | None:
-        """File for the value of a case; None without a folder."""
-        if self._folder is None:
+    def _file_of(self, name: str, case: Run | Piece) -> Path | None:
+        """File for the value of a case; None without a folder, or for a piece without inputs."""
+        if self.folder is None or (isinstance(case, Piece) and case.inputs is None):
             return None
-        inputs = [_input(getattr(case, field.name)) for field in fields(case) if field.name not in NOT_IDENTIFYING]
-        file = self._folder / f"{self._study}-{fingerprint(self.path, name, inputs)}"
+        given = (
+            [case.inputs]
+            if isinstance(case, Piece)
+            else [getattr(case, field.name) for field in fields(case) if field.name not in NOT_IDENTIFYING]
+        )
+        inputs = [*map(_input, given)]
+        file = self.folder / f"{self._study}-{fingerprint(self.path, name, inputs)}"
         if file in self._seen:
             raise AssertionError(f"two cases of a study cannot be distinguished: {self.path}, {name}")
         self._seen.add(file)
         return file
 
-    def begin(self, name: str, case: Run, reduce: Callable[[Any], Any] | None) -> Outcome | Run:
+    def begin(self, name: str, case: Run | Piece, reduce: Reduce | None) -> Outcome | tuple[Run | Piece, Reduce]:
         """Stored outcome of a case, unless its file is missing, damaged, or not written by this user.
 
         Raises:
@@ -122,33 +144,38 @@ class RunStore:
         for each in fields(case):
             if isinstance(needed := getattr(case, each.name), FailedResult):
                 raise FailedResultError(needed.why)
-        file = self._files[name] = self._file_of(name, case)
+        file = self._file_of(name, case)
         with suppress(OSError):
             data = None if file is None else verified(file.read_bytes(), self._seal)
             if data is not None:
                 status, message, value = pickle.loads(data)
                 return Outcome(name, status, message, value, reused=True)
-        return with_model_and_wind(case)
-
-    def keep(self, name: str, result: Result, reduce: Callable[[Any], Any] | None) -> Any:
-        """Store the value of a run that reached its end; the study continues if the disk is full."""
-        if not result.status.complete:
-            return None
-        value, file = reduced(result, reduce), self._files[name]
-        if file is not None:
-            with suppress(InputError):
-                kept = pickle.dumps((result.status, result.message, value), protocol=5)
-                keep_bytes(file, signed(kept, self._seal))
-        return value
+        k, n = self.shard
+        if file is not None and int(file.name[-8:], 16) % n != k - 1:
+            return Outcome(name, Status.FAILED, "belongs to another shard", error=OtherShardError)
+        return case, partial(_kept, file, reduce)
 
     def clear(self) -> None:
         """Remove the stored values at the end of the study."""
-        if self._folder is not None and self._folder.is_dir():
-            for file in self._folder.iterdir():
+        if self.folder is not None and self.folder.is_dir():
+            for file in self.folder.iterdir():
                 with suppress(OSError):
                     file.unlink()
             with suppress(OSError):
-                self._folder.rmdir()
+                self.folder.rmdir()
+
+
+def _kept(file: Path | None, reduce: Reduce | None, result: Any) -> Any:
+    """The value of a case that reached its end, stored in a file; the study continues if the disk is full."""
+    run = isinstance(result, Result)
+    if run and not result.status.complete:
+        return None
+    value = reduced(reduce, result)
+    if file is not None:
+        with suppress(InputError, OSError):
+            outcome = (result.status, result.message) if run else (Status.OK, "")
+            keep_bytes(file, signed(pickle.dumps((*outcome, value), protocol=5), user_key()))
+    return value
 
 
 _OPEN: ContextVar[RunStore] = ContextVar("run_store", default=RunStore())  # noqa: B039 - it keeps nothing on disk
@@ -160,7 +187,13 @@ def current() -> RunStore:
 
 
 @contextmanager
-def run_store(out: Path, inputs: str, package: str = THIS_PACKAGE) -> Iterator[RunStore]:
+def run_store(
+    out: Path,
+    inputs: str,
+    package: str = THIS_PACKAGE,
+    shard: tuple[int, int] = (1, 1),
+    dask: str | None = None,
+) -> Iterator[RunStore]:
     """Context with the store of a study, in its output folder.
 
     Stored values are removed when the study ends without a failed cell.
@@ -169,8 +202,10 @@ def run_store(out: Path, inputs: str, package: str = THIS_PACKAGE) -> Iterator[R
       out: existing folder.
       inputs: all inputs of the study other than the files of the packages, as text.
       package: package of the study; by default this one.
+      shard: number k, from 1, and N: run the N-th part of the cases of each stage.
+      dask: address of the scheduler of a Dask cluster that runs them, or ``local``; None: threads of this process.
     """
-    store = RunStore(out / FOLDER, inputs, package)
+    store = RunStore(out / FOLDER, inputs, package, shard, dask)
     if store.waiting():
         _say(f"reading {store.waiting()} finished runs from {out / FOLDER}")
     token = _OPEN.set(store)
@@ -239,9 +274,9 @@ def survivors(values: Iterable[T]) -> list[T]:
 
 
 def cells(
-    cases: Iterable[Run],
+    cases: Iterable[Run | Piece],
     *,
-    reduce: Callable[[Result], Any] | None = None,
+    reduce: Callable[[Any], Any] | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
     total: int | None = None,
@@ -263,9 +298,9 @@ def cells(
 
 
 def resumed(
-    cases: Iterable[Run],
+    cases: Iterable[Run | Piece],
     *,
-    reduce: Callable[[Result], Any] | None = None,
+    reduce: Callable[[Any], Any] | None = None,
     workers: int | None = None,
     progress: Callable[[float], None] | None = None,
     total: int | None = None,
@@ -274,14 +309,32 @@ def resumed(
 
     Raises:
       KeyboardInterrupt: Ctrl-C ended the runs.
+      SystemExit: cases belong to other shards, which have not finished them; those of this one are stored.
     """
     store = current()
-    batch = Batch(cases, reduce=reduce, workers=workers, progress=progress, total=total, store=store)
+    batch = Batch(cases, reduce=reduce, workers=workers, progress=progress, total=total, store=store, dask=store.dask)
     outcomes = batch.run()
     if batch.interrupted or any(outcome.status is Status.INTERRUPTED for outcome in outcomes):
         raise KeyboardInterrupt
     store.reused += sum(outcome.reused for outcome in outcomes)
+    if others := sum(outcome.error is OtherShardError for outcome in outcomes):
+        _say(f"{others} of {len(outcomes)} runs of this stage belong to other shards and are not finished")
+        raise SystemExit(0)
     return outcomes
+
+
+def completed(outcomes: Iterable[Outcome]) -> list[Any]:
+    """Values of the outcomes, all of which must have the status OK.
+
+    Raises:
+      RunError: a case has another status; the message has its name and the reason.
+    """
+    values = []
+    for outcome in outcomes:
+        if not outcome.ok:
+            raise RunError(f"{outcome.name}: {outcome.message}")
+        values.append(outcome.value)
+    return values
 
 
 def _input(value: Any) -> Any:

@@ -6,8 +6,8 @@ Reference: docs/theory/validation.md (V-21 to V-26).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -18,11 +18,12 @@ from scipy.linalg import solve_triangular
 from meltemi.cases.case import case_controller
 from meltemi.control.controller import update_with_derivatives
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
-from meltemi.core.threads import available_cores
 from meltemi.gradients.sensitivity import sensitivity
+from meltemi.loadcases.batch import Piece
 from meltemi.report.tables import number
 from meltemi.reports.blocks import Section, Table
 from meltemi.simulation.simulate import simulate
+from meltemi.tuning.run_store import completed, resumed
 from meltemi.validation.comparison import CONFIDENCE, Comparison
 from meltemi.validation.measurements import MeasuredRecord
 from meltemi.validation.reduction import STATISTICS
@@ -115,7 +116,7 @@ def linear(
     """Statistics of a seed of each record and their derivatives by parameters, at those of the simulator (V-21).
 
     Raises:
-      InputError: the controller has no derivatives, or a run does not reach its end.
+      RunError: the controller has no derivatives, or a run does not reach its end.
     """
     changed, skip = simulator.parameters, simulator.settings.transient
     of_model = [name for name in parameters if name in PATHS]
@@ -149,12 +150,8 @@ def linear(
             slopes[c] = np.stack([known.get(parameter, 0.0 * ZERO) for parameter in parameters], axis=-1)
         return values, slopes
 
-    done = []
-    with ThreadPoolExecutor(workers or available_cores()) as pool:
-        for pair in pool.map(one, prepared):
-            done.append(pair)
-            if progress is not None:
-                progress(len(done) / len(prepared))
+    pieces = [Piece(f"sensitivities, {each.record.name}", partial(one, each)) for each in prepared]
+    done = completed(resumed(pieces, workers=workers, progress=progress))
     return Linear(*(np.array(each) for each in zip(*done, strict=True)))
 
 

@@ -232,7 +232,8 @@ def timed_runs(duration: float) -> dict[str, Any]:
 def timed_batch(duration: float) -> dict[str, Any]:
     """Time a batch on all cores and on one core, generation of winds and preparation of cases included."""
     from meltemi.core.threads import available_cores
-    from meltemi.loadcases.batch import completed, simulate_batch
+    from meltemi.loadcases.batch import simulate_batch
+    from meltemi.tuning.run_store import completed
 
     model = nrel5mw()
 

@@ -13,7 +13,7 @@ import typer
 
 import meltemi
 from meltemi.app.commands import CommandGroup
-from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, controller_of
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, ControllerInputOption, WorkOptions, controller_of
 from meltemi.app.scans import values_of
 from meltemi.app.terminal import (
     OutOption,
@@ -251,28 +251,97 @@ def metocean(
 
 
 @dataclass(frozen=True)
-class ExecutionOptions:
+class ExecutionOptions(WorkOptions):
     """Options for the execution of missing runs."""
 
-    shard: Annotated[str | None, "Only every N-th case, beginning with the k-th: k/N, e.g. 3/16."] = None
-    workers: Annotated[int | None, "Threads [one for each core]."] = None
-    dask: Annotated[str | None, "Address of a Dask scheduler, or: local (processes of this machine)."] = None
     device: Annotated[str, "cpu; cuda or cuda-single: a graphics card."] = "cpu"
     retry: Annotated[bool, "Rerun failed cases."] = False
 
     def given(self) -> dict[str, Any]:
         """Arguments of ``run_base`` and ``run_surrogate``."""
-        return asdict(self) | {"shard": shard_of(self.shard)}
+        return asdict(self) | self.divided()
 
 
 @loads.command("run")
-def run_(base: BaseArgument, options: ExecutionOptions) -> None:
+def run_(
+    base: BaseArgument,
+    options: ExecutionOptions,
+    expect: Annotated[str, "Refuse a plan with another hash than that of submit."] = "",
+) -> None:
     """Run the missing cases of a load base."""
     planned = _planned(base)
     folder_for(base, "load base")
-    with simulation_bar("load cases", len(planned.cases), "cases") as bar:
-        state = meltemi.loads.run_base(planned, base, progress=progress_lines(bar), **options.given())
+    given = options.given() | {"expect": expect}
+    try:
+        with simulation_bar("load cases", len(planned.cases), "cases") as bar:
+            state = meltemi.loads.run_base(planned, base, progress=progress_lines(bar), **given)
+    except KeyboardInterrupt:
+        state = meltemi.loads.base_status(planned, base)
+        say(
+            f"{state.done} of {state.total} cases are kept, {state.hours:.1f} h are missing; the same command continues"
+        )
+        raise
     _show_status(state, base, planned)
+
+
+@dataclass(frozen=True)
+class SubmitOptions:
+    """Options of job scripts."""
+
+    slurm: Annotated[bool, "For Slurm."] = False
+    pbs: Annotated[bool, "For PBS (OpenPBS)."] = False
+    array: Annotated[bool, "One script for the array of any scheduler."] = False
+    now: Annotated[bool, "Submit the jobs, too."] = False
+    tasks: Annotated[int | None, "Tasks of the array [of a quarter of an hour]."] = None
+    cores: Annotated[int, "Cores of a task."] = 4
+    lines: Annotated[str, "--options", "Further options for the scheduler, e.g. '--partition=short'."] = ""
+    portable: Annotated[bool, "Machine code for all x86 processors with AVX2, for clusters of several kinds."] = False
+
+    @property
+    def scheduler(self) -> str:
+        """The one that is chosen."""
+        chosen = [name for name in ("slurm", "pbs", "array") if getattr(self, name)]
+        if len(chosen) != 1:
+            raise InputError("give one of --slurm, --pbs and --array")
+        return chosen[0]
+
+
+@loads.command()
+def warmup(base: BaseArgument) -> None:
+    """Compile what the cases of a load base need, once for all processes that share the folder of machine code."""
+    from meltemi.compiler import cache_folder
+    from meltemi.loads.loadbase.timing import compile_base
+
+    planned = _planned(base)
+    with simulation_bar("short runs"):
+        failed = compile_base(planned)
+    print(f"machine code is in {cache_folder()}{f'; {failed} short runs failed' if failed else ''}")
+    suggest("loads", "run", base)
+
+
+@loads.command("submit")
+def submit_(base: BaseArgument, options: SubmitOptions) -> None:
+    """Write job scripts that run the missing cases of a load base on a cluster; with --now submit them."""
+    from meltemi.cluster.scripts import submit, write_scripts
+    from meltemi.loads.loadbase.engine import plan_hash
+    from meltemi.loads.loadbase.jobs import jobs_of
+    from meltemi.loads.loadbase.timing import base_size, finished_cost, timed_cost
+
+    scheduler, planned = options.scheduler, _planned(base)
+    folder_for(base, "load base")
+    with simulation_bar("timing"):
+        cost = finished_cost(planned, base) or timed_cost(planned)
+        if cost is None:
+            raise InputError(f"{base}: no case runs to its end here, so nothing can be estimated")
+        size = base_size(planned, base, cost, options.cores, options.tasks)
+    words = ["--expect", plan_hash(jobs_of(planned))]
+    files = write_scripts(scheduler, base, size, words, lines=options.lines, portable=options.portable)
+    each = f"{size.cores} cores, {size.megabytes} MB, at most {duration_text(60.0 * size.minutes)}"
+    print(f"{size.tasks} tasks of {each} (estimate from {cost.source})")
+    wrote(*files)
+    if options.now:
+        print(submit(scheduler, files[-1]))
+    suggest("loads", "status", base)
 
 
 def _planned(base: Path) -> Plan:
@@ -286,16 +355,6 @@ def _warn(plan: Plan) -> None:
     from meltemi.loads.loadbase.coverage import turbine_warnings
 
     warn(turbine_warnings(plan))
-
-
-def shard_of(text: str | None) -> tuple[int, int]:
-    """Number and count of shards of a text k/N."""
-    if text is None:
-        return 1, 1
-    k, _, n = text.partition("/")
-    if not (k.isdigit() and n.isdigit() and 1 <= int(k) <= int(n)):
-        raise InputError(f"--shard {text!r}: expected k/N with k from 1 to N, for instance 3/16")
-    return int(k), int(n)
 
 
 def progress_lines(bar: Callable[[float], None]) -> Callable[[Progress], None]:

@@ -6,23 +6,24 @@ others skip. A backend is a function that takes groups of jobs and hands over ro
 
 from __future__ import annotations
 
+import hashlib
 import random
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import nullcontext
 from dataclasses import astuple, dataclass, replace
 from functools import partial
+from itertools import accumulate
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
+import meltemi
 from meltemi.core.calls import arguments_of
 from meltemi.core.errors import InputError, MeltemiError, Status
-from meltemi.core.extras import need
+from meltemi.core.physics import PHYSICS
 from meltemi.core.representation import Card, Fold
 from meltemi.core.shown import Shown
-from meltemi.core.threads import available_cores
-from meltemi.loadcases.batch import Batch
+from meltemi.loadcases.batch import Batch, Piece, check_division
 from meltemi.loadcases.store import Outcome
 from meltemi.loads.loadbase.jobs import CaseRow, Job, Workshop, check_key, jobs_of, names_by_key
 from meltemi.loads.loadbase.joints import without_members
@@ -35,17 +36,15 @@ if TYPE_CHECKING:
     import pandas as pd
 
 GROUP = 10800.0
-"""Time [s] simulated by a group of cases: about 15 s of one core."""
+"""Time [s] simulated by a group of cases, with ``SHORTEST`` more for each: about 15 s of one core."""
+SHORTEST = 30.0
+"""Time [s] that is simulated while a case begins and is reduced."""
 KEPT = 30.0
 """Time [s] after which finished cases are written, though they are no group yet: no more is lost to a full disk."""
-MOST_GROUPS = 2000
-"""Largest number of groups; larger load bases have larger groups."""
+FEWEST_GROUPS, MOST_GROUPS = 100, 2000
+"""Numbers of groups: many more than workers, of which each may be lost; but of larger load bases they are larger."""
 MOST_PROBLEMS = 50
 """Largest number of messages that a notebook shows."""
-LOCAL = "local"
-"""Address that stands for worker processes of this machine."""
-AHEAD = 2
-"""Number of groups that a worker of a cluster receives before it has finished the first."""
 
 Finished = Callable[[Sequence[CaseRow]], None]
 
@@ -152,13 +151,7 @@ class Execution:
     progress: Callable[[Progress], None] | None = None
 
     def __post_init__(self) -> None:
-        k, n = self.shard
-        if not 1 <= k <= n:
-            raise InputError(f"shard: {k}/{n} must be k/N with k from 1 to N")
-        if self.device != "cpu" and self.dask is not None:
-            raise InputError(
-                f"device {self.device!r} and dask exclude each other: the workers of Dask run on processors"
-            )
+        check_division(self.shard, self.dask, self.device)
 
 
 @dataclass(frozen=True)
@@ -168,10 +161,12 @@ class BaseRun(Execution):
     Attributes:
       plan: plan of the load base.
       folder: folder of the load base; results are written to ``results`` in it.
+      expect: hash of the plan, see :func:`plan_hash`, without which nothing runs; empty: any.
     """
 
     plan: Plan
     folder: str | Path
+    expect: str = ""
 
 
 @arguments_of(BaseRun)
@@ -185,9 +180,26 @@ def run_base(run: BaseRun) -> BaseStatus:
       InputError: ``shard`` or ``device`` is not valid, a file cannot be read or written, or Dask is not installed.
       KeyboardInterrupt: Ctrl-C; what was finished is kept.
     """
-    jobs, store = jobs_of(run.plan), ResultStore(run.folder)
+    jobs = jobs_of(run.plan)
+    if run.expect and run.expect != plan_hash(jobs):
+        raise InputError(
+            f"{run.folder}: not the plan that was submitted: this machine has another version of meltemi "
+            f"({meltemi.__version__}, physics {PHYSICS}), turbine or controller file"
+        )
+    store = ResultStore(run.folder)
     run_jobs(jobs, store, run)
     return status_of(run.plan, jobs, store)
+
+
+def plan_hash(jobs: Iterable[Job]) -> str:
+    """Hash of the inputs of all cases and of the version of the physics."""
+    return hashlib.sha256(" ".join(sorted(job.key for job in jobs)).encode()).hexdigest()[:12]
+
+
+def missing_jobs(plan: Plan, folder: str | Path) -> list[Job]:
+    """Jobs of a plan without results."""
+    places = ResultStore(folder).places
+    return [job for job in jobs_of(plan) if job.key not in places]
 
 
 def run_jobs(jobs: Sequence[Job], store: ResultStore, how: Execution) -> None:
@@ -221,14 +233,13 @@ def run_jobs(jobs: Sequence[Job], store: ResultStore, how: Execution) -> None:
 
 def grouped(jobs: Sequence[Job]) -> list[list[Job]]:
     """Groups of consecutive jobs, in random order."""
-    size = max(GROUP, sum(job.seconds for job in jobs) / MOST_GROUPS)
-    groups: list[list[Job]] = [[]]
-    for job in jobs:
-        groups[-1].append(job)
-        if sum(each.seconds for each in groups[-1]) >= size:
-            groups.append([])
-    random.shuffle(groups)
-    return [group for group in groups if group]
+    *begins, whole = accumulate((job.seconds + SHORTEST for job in jobs), initial=0.0)
+    size, groups = max(min(GROUP, whole / FEWEST_GROUPS), whole / MOST_GROUPS, 1e-9), dict[int, list[Job]]()
+    for job, begin in zip(jobs, begins, strict=True):
+        groups.setdefault(int(begin / size), []).append(job)
+    shuffled = list(groups.values())
+    random.shuffle(shuffled)
+    return shuffled
 
 
 class _Count:
@@ -322,33 +333,20 @@ def run_on_dask(address: str, groups: Iterable[Sequence[Job]], finished: Finishe
 
     Raises:
       InputError: Dask is not installed, there is no scheduler at the address, or groups could not be run.
+      KeyboardInterrupt: Ctrl-C, after the rows of the finished groups were handed over.
     """
-    need("--dask", "distributed")
-    from distributed import Client, LocalCluster, as_completed
-
-    cores, cluster = available_cores(), None
-    if address == LOCAL:
-        cluster = LocalCluster(n_workers=cores, threads_per_worker=1, dashboard_address=None)
-    try:
-        client = Client(cluster or address)
-    except (OSError, ValueError) as error:
-        raise InputError(f"--dask {address}: no scheduler there ({error})") from None
     lost: list[str] = []
-    with cluster or nullcontext(), client:
-        waiting, running = iter(groups), as_completed()
 
-        def send() -> None:
-            if group := next(waiting, None):
-                running.add(client.submit(compute, group, pure=False))
+    def done(outcome: Outcome) -> None:
+        if outcome.ok:
+            finished(outcome.value)
+        elif outcome.status is not Status.INTERRUPTED:
+            lost.append(outcome.message)
 
-        for _ in range(AHEAD * max(sum(client.nthreads().values()), cores if cluster else 1)):
-            send()
-        for future in running:
-            if future.status == "finished":
-                finished(future.result())
-            else:
-                lost.append(str(future.exception()))
-            send()
+    batch = Batch((Piece("", partial(compute, group)) for group in groups), dask=address, done=done)
+    batch.run()
+    if batch.interrupted:
+        raise KeyboardInterrupt
     if lost:
         raise InputError(f"{len(lost)} groups of cases could not be run, the first one: {lost[0]}")
 

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from meltemi.cluster.scripts import JobSize, job_size
+from meltemi.core.errors import InputError
 from meltemi.core.extras import missing
 from meltemi.core.threads import available_cores
-from meltemi.loads.loadbase.engine import OnThreads, base_table
-from meltemi.loads.loadbase.jobs import CaseRow, Job, jobs_of
+from meltemi.loadcases.batch import memory_of, prepare
+from meltemi.loadcases.store import with_model_and_wind
+from meltemi.loads.loadbase.engine import OnThreads, base_table, missing_jobs
+from meltemi.loads.loadbase.jobs import CaseRow, Job, Workshop, jobs_of
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.loads.loadbase.situations import OPERATING
 
@@ -16,6 +20,8 @@ FIRST, TIMED = 5.0, 200.0
 """Simulated time [s] of a run that loads the machine code, and of the one that is timed: about a second of a core."""
 MOST = 8
 """Largest number of concurrent runs: cores share caches and power, so that each is slower when others work."""
+PROCESS, FIELDS = 0.5e9, 6.0
+"""Memory [bytes] of a process beside its cases, and that of a case over its field and series, at most."""
 TIMES = ["wind_seconds", "simulation_seconds", "reduction_seconds"]
 
 
@@ -60,6 +66,31 @@ def timed_cost(plan: Plan) -> Cost | None:
     return Cost(rate, "short runs on this machine")
 
 
+def compile_base(plan: Plan) -> int:
+    """Compile what the cases of a plan need, by a short run of one of each row; the number of runs that failed."""
+    first = {case.row: case.name for case in reversed(plan.cases) if not case.unsupported}
+    rows: list[CaseRow] = []
+    brief = [_brief(job, 1.0, job.name) for job in jobs_of(plan) if job.name in first.values()]
+    OnThreads()([brief], rows.extend)
+    return sum(not row.status.complete for row in rows)
+
+
+def base_size(plan: Plan, folder: str | Path, cost: Cost, cores: int, tasks: int | None) -> JobSize:
+    """Size of the jobs that run what is missing of a load base; arguments as of :func:`job_size`.
+
+    Raises:
+      InputError: nothing is missing, or a number is not positive.
+    """
+    jobs = missing_jobs(plan, folder)
+    if not jobs:
+        raise InputError(f"{folder}: all cases have results; nothing is to be submitted")
+    longest = max(jobs, key=lambda job: job.seconds)
+    run = Workshop().run(longest)
+    memory = PROCESS + cores * FIELDS * sum(memory_of(prepare(with_model_and_wind(run))).values())
+    processor = cost.rate * sum(job.seconds for job in jobs)
+    return job_size(processor, cost.rate * longest.seconds, memory, len(jobs), cores, tasks)
+
+
 def _timed(job: Job) -> float | None:
     """Processor time over simulated time; None if the run fails."""
     if _run(job, FIRST) is None:
@@ -71,9 +102,13 @@ def _timed(job: Job) -> float | None:
 def _run(job: Job, seconds: float) -> float | None:
     """Processor time [s] of a run of some seconds, with all cores at work."""
     rows: list[CaseRow] = []
-    content = job.content | {"duration": seconds, "transient": 0.0}
-    content.pop("events", None)
-    copies = [replace(job, name=f"{job.name} {i}", content=content) for i in range(min(available_cores(), MOST))]
+    copies = [_brief(job, seconds, f"{job.name} {i}") for i in range(min(available_cores(), MOST))]
     OnThreads()([copies], rows.extend)
     times = [sum(getattr(row, name) for name in TIMES) for row in rows if row.status.complete]
     return sum(times) / len(times) if len(times) == len(copies) else None
+
+
+def _brief(job: Job, seconds: float, name: str) -> Job:
+    """The first seconds of a job."""
+    content = {key: value for key, value in job.content.items() if key != "events"}
+    return replace(job, name=name, content=content | {"duration": seconds, "transient": 0.0})

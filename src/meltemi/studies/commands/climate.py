@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 import meltemi
-from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic
+from meltemi.app.options import TurbineArgument, WorkOptions, load_aeroelastic
 from meltemi.app.scans import cells, finish
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, print_table, simulation_bar, suggest, write_figure, wrote
@@ -18,6 +18,7 @@ from meltemi.core.errors import InputError
 def climate(
     turbine: TurbineArgument,
     site: Annotated[str, "--climate", "A climate's name or YAML file, hourly weather as CSV, or an EPW file."],
+    work: WorkOptions,
     wind_class: Annotated[str, "--wind-class", "--class", "Turbulence of IEC 61400-1."] = "IB",
     altitude: Annotated[float | None, "Altitude of a weather file without pressures [m].", Range(-500, 9000)] = None,
     wind_height: Annotated[
@@ -26,7 +27,6 @@ def climate(
     shear: Annotated[float, "Power-law exponent with which it is taken to the hub.", Range(0, 0.5)] = 0.14,
     seeds: Annotated[int, "Seeds of the turbulence.", Range(1, 1000)] = 2,
     duration: Annotated[float, "Judged time of each run [s], after 30 s.", Range(20, 1e5)] = 300.0,
-    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compute energy and loads of a year of weather against standard air: tables, plot, hourly or monthly CSV."""
@@ -53,9 +53,9 @@ def climate(
     extent = ResponseSetup(
         speeds=speeds, seeds=tuple(range(1, seeds + 1)), length=duration, states=states, wind_class=wind_class
     )
-    with run_store(out, repr(("climate", described.content_hash(), extent))) as book:
+    with run_store(out, repr(("climate", described.content_hash(), extent)), **work.divided()) as book:
         with simulation_bar("climate") as progress:
-            response = respond(described, extent, workers=workers, progress=lambda share, what: progress(share))
+            response = respond(described, extent, workers=work.workers, progress=lambda share, what: progress(share))
         failed = dict(book.failed)
     sites = SiteYears.of(response, [year])
     (result,) = sites.years.values()

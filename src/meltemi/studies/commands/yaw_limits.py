@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 
 import meltemi
-from meltemi.app.options import TurbineArgument, WorkersOption, load_aeroelastic, of_options, turbine_key
+from meltemi.app.options import TurbineArgument, WorkOptions, load_aeroelastic, of_options, turbine_key
 from meltemi.app.scans import angles_of, cells, finish, numbers_of, speeds_of
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, print_table, say, simulation_bar, suggest, write_results, wrote
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 def yaw_limits(
     turbine: TurbineArgument,
+    work: WorkOptions,
     wind_class: Annotated[str, "--wind-class", "--class", "Class of IEC 61400-1."] = "IB",
     wind_speeds: Annotated[str | None, "Wind speeds [m/s], e.g. 5:25:5 [seven, cut-in to cut-out]."] = None,
     yaw_errors: Annotated[str, "Sizes of the yaw error [deg]; both signs are run."] = "0:75:15",
@@ -38,7 +39,6 @@ def yaw_limits(
     recheck: Annotated[float, "Time after which a derated turbine looks again [s]."] = 90.0,
     seeds: Annotated[int, "Number of wind fields.", Range(1, 1000)] = 2,
     duration: Annotated[float, "Judged time of each run [s], after 30 s.", Range(10, 1e5)] = 150.0,
-    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Find the yaw errors that load limits allow over wind speed: table, plot, a case with these settings."""
@@ -57,12 +57,12 @@ def yaw_limits(
     of_options(settings, meltemi.control.YawProtection, "--strategy, --recheck")
     model = meltemi.build(described, meltemi.ModelOptions(yaw="held"))
     with (
-        run_store(out, repr(("yaw-limits", described.content_hash()))) as book,
+        run_store(out, repr(("yaw-limits", described.content_hash())), **work.divided()) as book,
         simulation_bar("yaw limits") as progress,
     ):
         limits = study.find_limits(
             model, range(1, seeds + 1), wind_class=wind_class, speeds=speeds, errors=errors, limit=limit,
-            allowance=allowance, length=duration, workers=workers, progress=progress,
+            allowance=allowance, length=duration, workers=work.workers, progress=progress,
         )  # fmt: skip
         failed = dict(book.failed)
     head, rows = study.limit_rows(limits)

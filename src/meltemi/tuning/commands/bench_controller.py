@@ -9,19 +9,19 @@ from typing import Annotated
 import typer
 
 import meltemi
-from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, WorkersOption, load_aeroelastic
+from meltemi.app.options import CONTROLLER, CONTROLLERS, TURBINES, WorkOptions, load_aeroelastic
 from meltemi.app.terminal import OutOption, made_by, print_table, say, simulation_bar, suggest, wrote
 
 
 def bench_controller(
     controllers: Annotated[list[str], f"Controllers: {CONTROLLER}.", CONTROLLERS],
+    work: WorkOptions,
     turbine: Annotated[str, "A turbine's name or YAML file.", TURBINES] = "nrel5mw",
     reference: Annotated[str | None, "Controller against which changes are formed [baseline; with --power A1]."] = None,
     power: Annotated[str | None, "Power reference: a share of rated power, or a CSV file of time,share [none]."] = None,
     wind_class: Annotated[str, "--wind-class", "--class", "Class of IEC 61400-1, e.g. IIB."] = "IB",
     limits: Annotated[Path | None, "YAML file with other limits, e.g. over_speed: 1.2."] = None,
     quick: Annotated[bool, "Reduced suite, which takes about a minute."] = False,
-    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Test controllers in a fixed suite of cases against a reference; writes a page, tables and a leaderboard."""
@@ -49,11 +49,11 @@ def bench_controller(
     from meltemi.tuning.run_store import run_store
 
     began = time.perf_counter()
-    with run_store(out, inputs):
+    with run_store(out, inputs, **work.divided()):
         with simulation_bar(f"{len(labels)} controllers") as progress:
             bench = meltemi.analysis.bench_controllers(
                 described, names, reference=labels[0], quick=quick, wind_class=wind_class, limits=bounds, grid=grid,
-                workers=workers, progress=progress,
+                workers=work.workers, progress=progress,
             )  # fmt: skip
         files = meltemi.analysis.write_bench(bench, out, **made_by())
     print_table(f"{bench.turbine}, class {wind_class}", *tables.leaderboard_rows(bench.leaderboard(), bench.reference))

@@ -11,7 +11,7 @@ import meltemi
 from meltemi.app.options import (
     TurbineArgument,
     WindOptions,
-    WorkersOption,
+    WorkOptions,
     completing,
     load_aeroelastic,
     of_options,
@@ -46,6 +46,7 @@ HELP = "\n".join(
 def compare(
     turbine: TurbineArgument,
     options: WindOptions,
+    work: WorkOptions,
     seeds: Annotated[int, "Number of wind fields.", Range(1, 1000)] = 6,
     seed: Annotated[int, "First seed; the others follow.", Range(0, LAST_SEED)] = 1,
     duration: Annotated[float, "Duration of each run [s]."] = 700.0,
@@ -60,7 +61,6 @@ def compare(
         Literal["second_order", "ideal"] | None, "second_order, ideal [that of the turbine]."
     ] = None,
     power: Annotated[str | None, "Power reference: a share of rated power, or a CSV file of time,share [none]."] = None,
-    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare control schemes in the same wind fields."""
@@ -94,9 +94,8 @@ def compare(
         source = described.blade.flaps[0].source
         say(f"note: {bare.name} has no flaps; those of the scheme are added, their increments assumed: {source}")
     began = time.perf_counter()
-    with run_store(
-        out, repr(("compare", transient, [digest(located(specification(name), described)) for name in names], grid))
-    ):
+    inputs = repr(("compare", transient, [digest(located(specification(name), described)) for name in names], grid))
+    with run_store(out, inputs, **work.divided()):
         model = meltemi.build(described)
         with simulation_bar("tuning") as progress:
             designed = design_controllers(
@@ -108,7 +107,7 @@ def compare(
         with simulation_bar(what, total, "runs") as progress:
             comparison = study.compare(
                 model, designed.controllers, winds, duration=duration, transient=transient, grid=grid,
-                workers=workers, progress=progress,
+                workers=work.workers, progress=progress,
             )  # fmt: skip
         ran = time.perf_counter()
         wind = _wind_label(given, winds[0])

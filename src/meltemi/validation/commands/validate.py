@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from meltemi.app.options import WorkersOption
+from meltemi.app.options import WorkOptions
 from meltemi.app.scans import finish
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, made_by, print_table, progress_bar, simulation_bar, suggest, warn, wrote
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 def validate(
     file: Annotated[Path, "File of the validation (docs/guide/validation.md)."],
+    work: WorkOptions,
     data: Annotated[Path | None, "Folder of the measured files [that of FILE]."] = None,
     seeds: Annotated[int | None, "Wind fields of each record [that of the file].", Range(1, 1000)] = None,
     why: Annotated[int, "Records of which sensitivities to uncertain parameters are computed.", Range(0, 1000)] = 3,
     fit: Annotated[
         tuple[str, ...] | None, "Fit these parameters on half of the records: pitch_offset,drag ... [none]."
     ] = None,
-    workers: WorkersOption = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Compare measured ten-minute records with simulations in the wind that was measured: report, tables."""
@@ -72,10 +72,11 @@ def validate(
     )
     warn(dict.fromkeys(str(issue) for issue in issues))
     runs, length = len(used) * settings.seeds, sum(record.length for record in used) * settings.seeds
-    with run_store(out, f"{fingerprint('validate', simulator.case, settings, used)}", "meltemi.validation"):
+    inputs = f"{fingerprint('validate', simulator.case, settings, used)}"
+    with run_store(out, inputs, "meltemi.validation", **work.divided()):
         read = time.perf_counter()
         with simulation_bar(f"{len(used)} records, {settings.seeds} seeds", runs, "runs") as progress:
-            records, failed = simulate_records(simulator, used, names, workers=workers, progress=progress)
+            records, failed = simulate_records(simulator, used, names, workers=work.workers, progress=progress)
         spent = time.perf_counter() - read
         comparison = Comparison(tuple(records), names, range_only, settings.accuracy)
         if not records:
@@ -90,8 +91,16 @@ def validate(
         "Seeds": str(settings.seeds),
         "Simulated": f"{length / 3600.0:.1f} h in {spent:.0f} s",
     }
-    title = f"Measured and simulated: {simulator.turbine.name}"
-    findings = Findings(title, comparison, selected, issues, failed, [*facts.items()], further, **made_by())
+    findings = Findings(
+        f"Measured and simulated: {simulator.turbine.name}",
+        comparison,
+        selected,
+        issues,
+        failed,
+        [*facts.items()],
+        further,
+        **made_by(),
+    )
     shown = agreement_table(findings.headline)
     print_table(f"{simulator.turbine.name}: {len(records)} records, {settings.seeds} seeds", shown.head, shown.texts, 3)
     print(f"{runs} runs in {spent:.1f} s ({length / max(spent, 1e-9):.0f} times real time)")
