@@ -68,8 +68,7 @@ Observe = Callable[[float, Control, AnySystem, Outputs, bool], None]
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND, UNKNOWN_ROTOR = 0, 1, 2, 3, 6
 """Values of the run's status, as in ``core.errors.Status``."""
 HELD_SHARE = 0.5
-"""Share of torque, pitch and flap angles before a jump in those at its instant, which stands for half a step before and
-half a step after it; nothing is before the start."""
+"""Share of torque and angles before a jump in those at its instant, half of whose step is before it."""
 ABSURD = 1e6
 """Bound of coordinates (m, rad) and velocities, beyond which they have diverged; 1e6 rad are a day at rated speed."""
 
