@@ -158,9 +158,7 @@ def by_dask(base: Path, tasks: int) -> tuple[float, Counter[str]]:
         watched("multiprocessing.spawn", act) as workers,
         watched(f"loads run {base}") as host,
     ):
-        cluster.adapt(
-            minimum=WORKERS, maximum=WORKERS
-        )  # also those that die as they begin
+        cluster.adapt(minimum=WORKERS, maximum=WORKERS)  # also those that die as they begin
         meltemi_command("loads", "run", base, "--dask", cluster.scheduler_address)
     return sum(workers.spent.values()) + sum(host.spent.values()), kills
 
@@ -195,7 +193,7 @@ def main(folder: Path, seeds: int, tasks: int, ways: list[str]) -> None:
         print(*rows[-1], sep=" | ", flush=True)
         for one, other in zip(tables(of, folder / ways[0]), tables(of, base), strict=True):
             pd.testing.assert_frame_equal(one, other, check_exact=True)
-    text = markdown_table(HEAD, rows)
+    text = "\n".join(markdown_table(HEAD, rows))
     (folder / "proof.md").write_text(f"{text}\n", "utf-8")
     print(f"{text}\n{len(of.cases)} cases: the same tables to the bit; meltemi {meltemi.__version__}")
 

@@ -24,6 +24,7 @@ def texts(files: list[Path]) -> dict[str, str]:
 
 def test_slurm_is_asked_for_time_memory_and_a_warning(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MELTEMI_CACHE_DIR", "/a cache")
+    monkeypatch.setenv("PYTHONPATH", "src")
     found = texts(write_scripts("slurm", tmp_path, SIZE, WORDS, lines="--partition=short -A me"))
     assert list(found) == ["warmup", "array", "rest", "submit"]
     array = found["array"]
@@ -33,6 +34,7 @@ def test_slurm_is_asked_for_time_memory_and_a_warning(tmp_path: Path, monkeypatc
     run = f'-m meltemi loads run {tmp_path} --expect abc --workers 8 --shard "${{SLURM_ARRAY_TASK_ID:-1}}/64"'
     assert run in array and "scontrol requeue" in array
     assert "--shard" not in found["rest"] and "--array" not in found["rest"]
+    assert f"export PYTHONPATH={Path.cwd() / 'src'}\n" in array
     assert f"meltemi loads warmup {tmp_path}" in found["warmup"] and "NUMBA_CPU_NAME" not in array
 
 

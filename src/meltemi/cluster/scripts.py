@@ -189,7 +189,10 @@ def write_scripts(
     folder = folder.resolve()
     out, name, meltemi = folder / "jobs", folder.name, [sys.executable, "-m", "meltemi", "loads"]
     given: Mapping[str, str] = dict(os.environ) | (PORTABLE if portable else {})
-    exports = "\n".join(f"export {key}={shlex.quote(given[key])}" for key in KEPT if key in given) or ":"
+    values = {key: given[key] for key in KEPT if key in given}
+    for key in values.keys() - PORTABLE:  # jobs begin in another folder
+        values[key] = os.pathsep.join(str(Path(each).absolute()) for each in values[key].split(os.pathsep) if each)
+    exports = "\n".join(f"export {key}={shlex.quote(value)}" for key, value in values.items()) or ":"
     place = {"folder": shlex.quote(str(folder)), "exports": exports}
     run = shlex.join([*meltemi, "run", str(folder), *words, "--workers", str(size.cores)])
     if scheduler == "array":
