@@ -9,11 +9,10 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -329,58 +328,6 @@ def test_bad_input_is_told_before_anything_runs(tiny: Plan, whole: Path, tmp_pat
         engine.base_table(tiny, whole, "extreme")
     with pytest.raises(InputError, match="no case 'dlc1'"):
         engine.show_case(tiny, "dlc1")
-
-
-def stub(monkeypatch: pytest.MonkeyPatch, send: Callable[..., Any]) -> None:
-    """A ``distributed`` whose cluster runs everything at once, here."""
-
-    class Client:
-        def __init__(self, where: Any) -> None: ...
-        def __enter__(self) -> Client:
-            return self
-
-        def __exit__(self, *_: Any) -> None: ...
-        def nthreads(self) -> dict[str, int]:
-            return {"here": 1}
-
-        submit = staticmethod(send)
-
-    class Queue(list[Any]):
-        add = list.append
-
-    module = ModuleType("distributed")
-    vars(module).update(Client=Client, LocalCluster=None, as_completed=Queue)
-    monkeypatch.setitem(sys.modules, "distributed", module)
-    monkeypatch.setattr("meltemi.core.extras.installed", lambda name: True)
-
-
-@pytest.mark.long
-@pytest.mark.usefixtures("small_groups")
-def test_a_cluster_gives_the_same_bits(
-    tiny: Plan, whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def submit(function: Any, jobs: Any, pure: bool) -> Any:
-        return SimpleNamespace(status="finished", result=lambda: function(jobs))
-
-    stub(monkeypatch, submit)
-    assert engine.run_base(tiny, tmp_path, dask="tcp://there:1").done == 15
-    assert_same(tiny, whole, tmp_path)
-
-
-@pytest.mark.usefixtures("small_groups")
-def test_lost_groups_of_a_cluster_are_told(tiny: Plan, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    lost = iter([True])
-
-    def submit(function: Any, jobs: Any, pure: bool) -> Any:
-        if next(lost, False):
-            return SimpleNamespace(status="error", exception=lambda: "worker died")
-        return SimpleNamespace(status="finished", result=lambda: function(jobs))
-
-    stub(monkeypatch, submit)
-    few = replace(tiny, cases=tiny.cases[:4])
-    with pytest.raises(InputError, match="1 groups of cases could not be run, the first one: worker died"):
-        engine.run_base(few, tmp_path, dask="tcp://there:1")
-    assert engine.base_status(few, tmp_path).done == 2
 
 
 def test_a_worker_with_other_files_is_refused(tiny: Plan) -> None:
