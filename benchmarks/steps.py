@@ -17,14 +17,14 @@ from meltemi.turbine.library import load_turbine, packages_of
 from meltemi.wind.turbulent import TurbulentWind
 
 TURBINES = {"NREL 5 MW": "nrel5mw", "IEA 15 MW": "iea15mw", "IEA 22 MW": "iea22mw"}
-REFERENCE = ModelOptions(integration="implicit", time_step=0.0025)
+REFERENCE = ModelOptions(time_step=0.0025)
 WAYS = {
     "all modes explicit": {"nrel5mw": 0.01, "iea15mw": 0.05 / 26, "iea22mw": 0.05 / 12},
-    "default": {},
-    "implicit, 10 ms": 0.01,
-    "implicit": None,
+    "explicit but for stiff modes": "explicit",
+    "default, 10 ms": 0.01,
+    "default": None,
 }
-"""By name: the largest step with every mode explicit; default options; ``integration: implicit`` with a step."""
+"""By name: the largest step with every mode explicit; ``integration: explicit``; default options with a step, and with its default."""
 SAMPLE = 0.05
 """[s] of controller and output, the same for all steps: the delay of a controller called at each step would vary."""
 LOADS = {
@@ -49,8 +49,8 @@ def options(way: str, name: str) -> ModelOptions:
     """Model options of a way to integrate a turbine of the library."""
     step: Any = WAYS[way]
     if isinstance(step, dict):
-        return ModelOptions(time_step=step.get(name))
-    return ModelOptions(integration="implicit", time_step=step)
+        return ModelOptions(integration="explicit", time_step=step[name])
+    return ModelOptions(integration="explicit") if step == "explicit" else ModelOptions(time_step=step)
 
 
 def timed_steps(duration: float, repeats: int = 3) -> dict[str, dict[str, dict[str, float]]]:
