@@ -227,7 +227,7 @@ def test_the_iced_turbine_of_the_icing_page(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     ("page", "kind"),
     [
-        ("docs/guide/load-base.md", 'python title="cluster.py"'),
+        ("docs/guide/scale.md", 'python title="cluster.py"'),
         ("docs/migrate/rosco.md", 'python title="rosco_1p.py"'),
         ("docs/development.md", "python"),
     ],

@@ -43,8 +43,9 @@ SWEEPS = 3
 """Sectors marched, each with a correction of the motion, at each trial rotor speed and pitch."""
 UNLIKE_SWEEPS = 3 * SWEEPS
 """Sectors marched for blades that differ: a balance over one revolution, after revolutions in which they settle."""
-JACOBIAN_SAMPLES = 5
-"""Azimuths per sector at which derivatives are evaluated: enough to tell products of two harmonics from a constant."""
+JACOBIAN_SAMPLES, UNLIKE_SAMPLES = 5, 10
+"""Azimuths per sector at which derivatives are evaluated: enough to tell products of two harmonics from a constant, and
+where blades differ."""
 PERTURBATION = 1e-3
 """[m or rad] perturbation of the coefficients for finite differences."""
 MEAN_ONLY, FULL = 0, 1
@@ -273,7 +274,8 @@ class Orbit:
         """Compute the derivatives of the residuals by the coefficients, with inflow held and static polars."""
         options, stall = self.case["aero_options"], AeroOptions.index("stall")
         kept, options[stall] = options[stall], 0
-        self.differentiate(2.0 * np.pi / self.B / JACOBIAN_SAMPLES * np.arange(JACOBIAN_SAMPLES, dtype=float), 0.0)
+        n = UNLIKE_SAMPLES if self.unlike else JACOBIAN_SAMPLES
+        self.differentiate(2.0 * np.pi / self.B / n * np.arange(n, dtype=float), 0.0)
         options[stall] = kept
 
     def differentiate(self, azimuths: Float, dt: float) -> None:
