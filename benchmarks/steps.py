@@ -24,7 +24,7 @@ WAYS = {
     "default, 10 ms": 0.01,
     "default": None,
 }
-"""By name: the largest step with every mode explicit; ``integration: explicit``; the default, with a step or its own."""
+"""By name: the largest step of explicit modes; ``integration: explicit``; the default, at a given step or its own."""
 SAMPLE = 0.05
 """[s] of controller and output, the same for all steps: the delay of a controller called at each step would vary."""
 LOADS = {

@@ -25,7 +25,7 @@ STATED = ["wang2021", "palanimuthu2022"]
 
 @pytest.mark.parametrize("study", [*STATED, "he2018"])
 def test_the_page_shows_the_present_physics(study: str) -> None:
-    """A page whose results moved is remade (``meltemi reproduce``); until then it says what has changed, and how much."""
+    """A page whose results moved is remade (``meltemi reproduce``); until then it says what changed, and how much."""
     page = Path(__file__).parents[2] / "docs" / "papers" / f"{study}.md"
     versions = re.findall(r"physics version (\d+)", page.read_text(encoding="utf-8"))
     assert versions in ([str(PHYSICS)], [str(PHYSICS - 1), str(PHYSICS)])
