@@ -550,7 +550,7 @@ def test_a_step_too_large_stops_the_run_and_keeps_what_was_computed(command: Com
 @pytest.mark.slow
 def test_no_plot_of_another_run_is_left_beside_a_result(command: Command, tmp_path: Path) -> None:
     command("run", "nrel5mw", "--wind-speed", 10, "--duration", 5, "--out", tmp_path)
-    ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 0.01, "--out", tmp_path)
+    ran = command("run", "nrel5mw", "--wind-speed", 10, "--duration", 0.02, "--out", tmp_path)
     assert sorted(tmp_path.iterdir()) == sorted(ran.files)
 
 

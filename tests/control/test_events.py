@@ -103,8 +103,8 @@ CASES: dict[str, tuple[dict[str, Any], str, int, Any]] = {
     "power_limit": ({"power": 2e6}, "power_setpoint", 0, lambda x, t: 2e6),
     "brake": ({"share": 0.5}, "brake_torque", 0, lambda x, t: 50.0 * x[K]),
     "brake_fault": ({}, "brake_torque", 0, lambda x, t: 0.0),
-    "yaw_stuck": ({}, "nacelle_yaw", 1, None),
-    "yaw_runaway": ({"rate": 0.01}, "nacelle_yaw", 1, None),
+    "yaw_stuck": ({}, "nacelle_yaw", 0, None),
+    "yaw_runaway": ({"rate": 0.01}, "nacelle_yaw", 0, None),
 }
 
 

@@ -186,7 +186,7 @@ def test_lift_of_a_flap_builds_up_after_wagner(flapped: Turbine) -> None:
 
 @pytest.mark.slow
 def test_lanes_and_floats_agree_with_flaps(flapped: Turbine) -> None:
-    model = meltemi.build(flapped)
+    model = meltemi.build(flapped, meltemi.ModelOptions(integration="explicit"))
     runs = []
     for numbers in ("lanes", "floats"):
         run = Simulation(

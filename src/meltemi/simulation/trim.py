@@ -171,16 +171,15 @@ def _balance_speed(
       stalled: [rad/s] rotor speed below which the rotor counts as stalled.
     """
     speeds = np.linspace(0.25, 1.0, SCAN) * reference
-    left_over(speeds[0], pitch)  # at first, since a slow rotor deflects little
-    if (above := left_over(reference, pitch)) > 0.0:
+    values = [left_over(speed, pitch) for speed in speeds]
+    if values[-1] > 0.0:
         return reference, pitch, True
     balanced_speed = 0.0
     for i in reversed(range(SCAN - 1)):
-        if (value := left_over(speeds[i], pitch)) > 0.0 >= above:
+        if values[i] > 0.0 >= values[i + 1]:
             low, high = speeds[i], speeds[i + 1]
             balanced_speed = root(lambda x: left_over(x, pitch), low, high, 0.25 * (high - low), ROUGH)
             break
-        above = value
     if balanced_speed < stalled:
         for angle in np.arange(pitch + PITCH_SCAN, most, PITCH_SCAN):
             if left_over(reference, float(angle)) > 0.0:

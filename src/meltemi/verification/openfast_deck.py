@@ -104,6 +104,7 @@ def deck_options(turbine: Turbine, aero: str, **changes: Any) -> ModelOptions:
         "torsion_modes": 0,
         "blade_model": "modal",
         "locked": ("yaw",),
+        "integration": "explicit",  # as OpenFAST's, so that models are compared
         "advanced.chord_angle": "openfast",
         "tower_drag": False,
         "blade_nodes": tuple(turbine.blade.aerodynamics.position.tolist()),

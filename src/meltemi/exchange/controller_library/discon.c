@@ -111,7 +111,9 @@ static void measure(const float *swap, double dt) {
 
 PUBLIC void DISCON(float *swap, int *fail, char *infile, char *outname, char *text) {
     int status = (int)lroundf(swap[0]);
-    double dt = round(1e6 * (double)swap[2]) / 1e6; /* the decimal number of which the record has seven digits */
+    /* the whole fraction of a second, or decimal number, of which the record has seven digits */
+    double dt = (double)swap[2], calls = round(1.0 / dt);
+    dt = fabs(calls * dt - 1.0) < 2e-7 ? 1.0 / calls : round(1e6 * dt) / 1e6;
     char words[700], path[4096];
     *fail = 0;
     if (status == 0) {
