@@ -112,7 +112,7 @@ def test_a_library_gives_the_run_to_rounding(model: Model, tmp_path: Path, name:
     found = deviations(model, make_controller(name, model), TURBULENCE, tmp_path)
     assert max(found.values()) < 2e-5, found
     (log,) = tmp_path.rglob("*.controller.log")
-    assert "parameters of" in log.read_text() and "end after 2001 calls" in log.read_text()
+    assert "parameters of" in log.read_text() and "end after 1201 calls" in log.read_text()
     if shutil.which("nm"):
         shown = subprocess.run(
             ["nm", "-D", "--defined-only", tmp_path / "libmade.so"], capture_output=True, text=True, check=True

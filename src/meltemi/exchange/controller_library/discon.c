@@ -112,8 +112,8 @@ static void measure(const float *swap, double dt) {
 PUBLIC void DISCON(float *swap, int *fail, char *infile, char *outname, char *text) {
     int status = (int)lroundf(swap[0]);
     /* the whole fraction of a second, or decimal number, of which the record has seven digits */
-    double dt = (double)swap[2], calls = round(1.0 / dt);
-    dt = fabs(calls * dt - 1.0) < 2e-7 ? 1.0 / calls : round(1e6 * dt) / 1e6;
+    double dt = (double)swap[2], rate = round(1.0 / dt);
+    dt = fabs(rate * dt - 1.0) < 2e-7 ? 1.0 / rate : round(1e6 * dt) / 1e6;
     char words[700], path[4096];
     *fail = 0;
     if (status == 0) {
