@@ -87,6 +87,7 @@ def test_waves_push_by_their_mean_drift(floats: Any) -> None:
     )
 
 
+@pytest.mark.long
 def test_a_run_in_a_current_stays_where_it_begins() -> None:
     """With static lines: the drag of the current on moving ones is not in steady operation, and moves 0.14 m."""
     floats = model_of("iea15mw-volturnus", line_model="static")

@@ -292,7 +292,7 @@ def test_damage_of_fronts_adds_to_that_of_production() -> None:
     assert change(gusts, usual, "S1", "yaw bearing bending", 50) == "+0.5 ± 0.0"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_year_has_the_order_of_the_strategies() -> None:
     """Ignoring loses nothing, derating less than stopping; more fronts, more stops; light winds turn most."""
     speed = np.arange(3.0, 10.0)
