@@ -169,7 +169,7 @@ class Announcer(event.Listener):  # type: ignore[misc]
 
     def __init__(self, patience: float = PATIENCE) -> None:
         self.patience, self.spent = patience, dict[str, float]()
-        self.depth, self.began, self.feature = 0, 0.0, ""
+        self.depth, self.began, self.feature, self.collects = 0, 0.0, "", True
         self.timer: threading.Timer | None = None
 
     def on_start(self, event: Any) -> None:
@@ -177,6 +177,7 @@ class Announcer(event.Listener):  # type: ignore[misc]
         self.depth += 1
         if self.depth > 1:
             return
+        self.collects = gc.isenabled()
         gc.disable()  # collections among the objects of a compilation, of which none goes before its end, take a tenth
         self.feature, self.began = feature_of(event.data), time.perf_counter()
         if self.feature not in _FEATURES_TOLD:
@@ -189,7 +190,8 @@ class Announcer(event.Listener):  # type: ignore[misc]
         """End of a compilation, successful or not."""
         self.depth -= 1
         if self.depth == 0:
-            gc.enable()
+            if self.collects:
+                gc.enable()
             self.spent[self.feature] = self.spent.get(self.feature, 0.0) + time.perf_counter() - self.began
             if self.timer is not None:
                 self.timer.cancel()

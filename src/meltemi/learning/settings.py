@@ -23,7 +23,7 @@ TRAINING_SEEDS = tuple(range(1001, 1025))
 TEST_SEEDS = tuple(range(2001, 2013))
 """Seeds of the turbulence in which they are evaluated; no training seed is among them."""
 
-FAST = ModelOptions(integration="implicit", time_step=1.0 / 30.0)
+FAST = ModelOptions(time_step=1.0 / 30.0)
 """The whole flexible turbine with implicit steps of a thirtieth of a second."""
 LIGHT = FAST.replace(blade_nodes=8)
 """``FAST`` with eight nodes per blade."""

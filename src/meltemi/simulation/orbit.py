@@ -128,12 +128,10 @@ def harmonics(instants: bytes, blades: int) -> Waves:
         return np.stack([*values, -(np.tile(order, 2) ** 2) * values[0]])
 
     azimuths = np.frombuffer(instants)
-    n = len(azimuths)
     core = rates(np.array([0.0, blades]), azimuths)
-    blade = rates(
-        np.arange(BLADE_HARMONICS + 1.0), (azimuths[:, None] + 2.0 * np.pi / blades * np.arange(blades)).ravel()
-    )
-    of_core, of_blade = (np.delete(each[0], each.shape[2] // 2, axis=1).T / n for each in (core, blade))
+    of_blades = (azimuths[:, None] + 2.0 * np.pi / blades * np.arange(blades)).ravel()
+    blade = rates(np.arange(BLADE_HARMONICS + 1.0), of_blades)
+    of_core, of_blade = (np.delete(each[0], each.shape[2] // 2, axis=1).T / len(azimuths) for each in (core, blade))
     of_core[1:] *= 2.0
     of_blade[0] *= 0.5
     return Waves(core, blade, of_core, 2.0 / blades * of_blade)

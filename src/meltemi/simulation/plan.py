@@ -6,7 +6,6 @@ import fnmatch
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -208,15 +207,13 @@ def step_of(run: Run, model: Model[Any]) -> float:
     """Time step [s] of a run: that of the options, or the longest up to the default that divides the intervals between
     outputs and between calls of the controller."""
     longest, sampled = default_step(model), getattr(run.controller, "sample_time", None)
-    periods = [
-        Fraction(each).limit_denominator(10**6) for each in (run.output_step, sampled or 0.0) if 0.0 < each < 1e9
-    ]
-    if model.options.time_step is not None or not periods:
-        return longest
-    denominator = math.lcm(*(each.denominator for each in periods))
-    common = math.gcd(*(int(each * denominator) for each in periods)) / denominator
-    dt = common / math.ceil(common / longest - 1e-9) if common > 0.0 else 0.0
-    return dt if dt > SHORTEST_SHARE * longest else longest
+    periods = [each for each in (run.output_step, sampled or 0.0) if 0.0 < each < 1e9]
+    if model.options.time_step is None and periods:
+        shortest = min(periods)
+        for n in range(math.ceil(shortest / longest - 1e-9), int(shortest / (SHORTEST_SHARE * longest)) + 1):
+            if all(abs(each * n / shortest - round(each * n / shortest)) < 1e-6 for each in periods):
+                return shortest / n
+    return longest
 
 
 def multiple(value: float, dt: float, name: str) -> int:

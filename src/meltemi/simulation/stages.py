@@ -107,6 +107,9 @@ def started(
     begin(case)
     clock, settings = case.clock, case.settings
     clock.every_output, clock.every_control, settings.time_step = plan.every_output, around.every_control, plan.dt
+    # an instant stands for half a step before and after it: what is held between calls and jumps there would lead
+    calls_each_short_step = around.controller.sample_time is None and plan.model.options.integration == "explicit"
+    settings.held_share = 0.0 if calls_each_short_step else 0.5
     moving = (
         case.signals.vector,
         case.aero_state.vector,

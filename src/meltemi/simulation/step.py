@@ -67,8 +67,6 @@ Observe = Callable[[float, Control, AnySystem, Outputs, bool], None]
 
 OK, DIVERGED, CONTROLLER_RAISED, CONTROLLER_DEMAND, UNKNOWN_ROTOR = 0, 1, 2, 3, 6
 """Values of the run's status, as in ``core.errors.Status``."""
-HELD_SHARE = 0.5
-"""Share of torque and angles before a jump in those at its instant, half of whose step is before it."""
 ABSURD = 1e6
 """Bound of coordinates (m, rad) and velocities, beyond which they have diverged; 1e6 rad are a day at rated speed."""
 
@@ -528,7 +526,7 @@ def advance(  # noqa: PLR0913 - the whole run
             if clock.status != OK:
                 return
         actuate(0.0, c, m)
-        between(HELD_SHARE if clock.step > 0 else 0.0, c)
+        between(c.settings.held_share if clock.step > 0 else 0.0, c)
         physics(t, dt, evaluate, run, m)
         complete(c)
         if diverged(m):

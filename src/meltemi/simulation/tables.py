@@ -10,6 +10,7 @@ class Settings(Table):
 
     time_step: float = number("s", "time step of the run")
     efficiency: float = number("-", "efficiency of the generator")
+    held_share: float = number("-", "share of torque, pitch and flap angles before a jump in those at its instant")
 
 
 class TurbineSummary(Table, title="summary"):
