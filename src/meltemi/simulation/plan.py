@@ -204,8 +204,7 @@ def first_point(model: Model[Any], wind: Wind, start: OperatingPoint | Start) ->
 
 
 def step_of(run: Run, model: Model[Any]) -> float:
-    """Time step [s] of a run: that of the options, or the longest up to the default that divides the intervals between
-    outputs and between calls of the controller."""
+    """Time step [s]: the option, or the longest up to the default that divides intervals of outputs and controller."""
     longest, sampled = default_step(model), getattr(run.controller, "sample_time", None)
     periods = [each for each in (run.output_step, sampled or 0.0) if 0.0 < each < 1e9]
     if model.options.time_step is None and periods:
