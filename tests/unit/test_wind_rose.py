@@ -13,7 +13,15 @@ import meltemi
 from meltemi.farm.layout import FarmCase
 from meltemi.farm.report import LOADS
 from meltemi.farm.rose import WindRose, farm_direction, read_rose
-from meltemi.farm.rose_study import Piece, finished, long_rows, rose_pieces, sector_rows, simulate_rose, turbine_rows
+from meltemi.farm.rose_study import (
+    RosePiece,
+    finished,
+    long_rows,
+    rose_pieces,
+    sector_rows,
+    simulate_rose,
+    turbine_rows,
+)
 
 FLORIS = "ws,wd,freq_val,ti\n8,0,0.1,0.06\n10,0,0.2,0.07\n8,270,0.3,0.08\n10,270,0.4,0.09\n"
 WINDIO = """\
@@ -112,7 +120,7 @@ def test_values_are_weighed_by_probability_and_a_failed_piece_ends_nothing() -> 
     works = (lambda: values(1e6, 1.0), lambda: values(2e6, 3.0), lambda: values(1e6, 2.0), fails)
     bins = ((0, 0), (0, 0), (1, 0), (1, 1))
     done: list[float] = []
-    pieces = [Piece(f"piece {n}", at, work) for n, (at, work) in enumerate(zip(bins, works, strict=True))]
+    pieces = [RosePiece(f"piece {n}", work, bin=at) for n, (at, work) in enumerate(zip(bins, works, strict=True))]
     result = simulate_rose(pieces, ROSE, 1, done.append)
     assert done[-1] == 1.0 and result.failed == {"piece 3": "no wind"}
     assert result.mean("power") == pytest.approx(0.1 * 1.5e6 + 0.3 * 1e6)

@@ -1,8 +1,8 @@
 """A farm in all winds of a rose: mean power, energy, wake losses and lifetime loads of each turbine.
 
-The work is a list of pieces, one for each direction, speed and seed. A piece is a function without arguments that can
-be called again, in any process that sees the folder: it reads what it has finished before, and otherwise simulates the
-farm with and without wakes and writes a table of turbines. What identifies it is in the name of its file.
+The work is a list of pieces of a batch, one for each direction, speed and seed. A piece can be called again, in any
+process that sees the folder: it reads what it has finished before, and otherwise simulates the farm with and without
+wakes and writes a table of turbines. What identifies it is in the name of its file.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from meltemi.farm.layout import FarmCase
 from meltemi.farm.report import CHANNELS, LOADS, along_wind
 from meltemi.farm.rose import WindRose, farm_direction
 from meltemi.farm.simulation import FarmResult, simulate_case
+from meltemi.loadcases.batch import Piece
 from meltemi.postprocess.fatigue import equivalent_loads
 
 Float = NDArray[np.float64]
@@ -40,21 +41,17 @@ VALUES = {"power": "W", "power_no_wakes": "W", "wind_speed": "m/s"} | dict.fromk
 
 
 @dataclass(frozen=True)
-class Piece:
-    """A farm in one wind.
+class RosePiece(Piece):
+    """A farm in one wind, whose ``work`` returns values by turbine, a list for each of :data:`VALUES`.
 
     Attributes:
-      name: direction, speed and seed in words.
       bin: indices of direction and speed in the rose.
-      work: function that returns values by turbine, a list for each of :data:`VALUES`; it may be called again.
     """
 
-    name: str
-    bin: tuple[int, int]
-    work: Callable[[], dict[str, list[float]]]
+    bin: tuple[int, int] = (0, 0)
 
 
-def rose_pieces(case: FarmCase, folder: Path, rose: WindRose, seeds: int, out: Path) -> list[Piece]:
+def rose_pieces(case: FarmCase, folder: Path, rose: WindRose, seeds: int, out: Path) -> list[RosePiece]:
     """The pieces of a farm in a rose, the most probable bins first; below cut-in and above cut-out there are none.
 
     Args:
@@ -64,7 +61,7 @@ def rose_pieces(case: FarmCase, folder: Path, rose: WindRose, seeds: int, out: P
       seeds: number of seeds in each bin; a seed is the same field in all directions and speeds.
       out: output folder.
     """
-    code, turbine, pieces = code_identity("meltemi.farm"), case_turbine(case, folder), list[Piece]()
+    code, turbine, pieces = code_identity("meltemi.farm"), case_turbine(case, folder), list[RosePiece]()
     case = case.replace(channels=list(CHANNELS), view=False)
     for i, j in sorted(rose.bins(), key=lambda each: -rose.probability[each]):
         direction, speed = float(rose.directions[i]), float(rose.speeds[j])
@@ -79,7 +76,7 @@ def rose_pieces(case: FarmCase, folder: Path, rose: WindRose, seeds: int, out: P
             key = fingerprint(code, one.model_dump_json(), str(folder.resolve()))
             name = f"{direction:g} deg, {speed:g} m/s, seed {seed}"
             file = out / FOLDER / f"wd{direction:g}-ws{speed:g}-seed{seed}-{str(key)[:16]}.json"
-            pieces.append(Piece(name, (i, j), partial(finished, one, folder, file)))
+            pieces.append(RosePiece(name, partial(finished, one, folder, file), bin=(i, j)))
     return pieces
 
 
@@ -150,7 +147,7 @@ class RoseResult:
 
 
 def simulate_rose(
-    pieces: Sequence[Piece], rose: WindRose, turbines: int, progress: Callable[[float], None] | None = None
+    pieces: Sequence[RosePiece], rose: WindRose, turbines: int, progress: Callable[[float], None] | None = None
 ) -> RoseResult:
     """Call all pieces, and weigh their values; a piece that fails is entered with its reason, and the others go on."""
     found: dict[tuple[int, int], list[dict[str, list[float]]]] = {}
