@@ -158,7 +158,7 @@ class Simulation:
         self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
         self.output_step = plan.every_output * plan.dt
         self.channels, self.derived, self.recorder = plan.channels, plan.derived, plan.recorder
-        self.grid, self.sea = run.grid, run.sea
+        self.grid, self.sea, self.stations = run.grid, run.sea, plan.stations
         self.events, self._noticed, self._planned = plan.events.given, around.noticed, around.log
         self._acted: list[tuple[int, LogEntry]] = []
         self.interrupted = False
@@ -436,6 +436,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "transient": run.transient,
         "events": [event.model_dump(mode="json", exclude_none=True) for event in run.events],
         "channels": [channel.name for channel in run.channels],
+        "stations": asdict(run.stations),
         "python": platform.python_version(),
         "numba": versions()["numba"],
         "numpy": np.__version__,

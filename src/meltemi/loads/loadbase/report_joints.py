@@ -16,7 +16,7 @@ from meltemi.frames.definition import Frame
 from meltemi.frames.joints.fatigue import JointFatigue, fatigue_tables, welds_of
 from meltemi.frames.joints.picture import plot_joint_damage
 from meltemi.frames.joints.settings import JointSettings
-from meltemi.frames.joints.sn import editions
+from meltemi.postprocess.sn import editions
 from meltemi.frames.joints.utilisation import CLAUSES
 from meltemi.loads.loadbase.coverage import read_results, shared_repetitions
 from meltemi.loads.loadbase.endurance import MEANS, RANGES

@@ -1,0 +1,91 @@
+"""Fatigue of tower welds over the lifetime of a load base, from the cycles that its cases keep (G-6)."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.loads.loadbase.campaign import read_campaign
+from meltemi.loads.loadbase.coverage import lost_shares, read_results, shared_repetitions
+from meltemi.loads.loadbase.interfaces import TURNED, Interface, interfaces_of, stations
+from meltemi.loads.loadbase.plan import plan as plan_of
+from meltemi.loads.loadbase.signals import rose_channel
+from meltemi.postprocess.cycles import Cycles, sum_cycles
+from meltemi.strength.welds import WeldFatigue, WeldPlan, judged, station_welds, tube_of
+from meltemi.turbine.definition import Turbine
+from meltemi.turbine.library import load_turbine
+from meltemi.turbine.power_turbine import aeroelastic
+
+Float = NDArray[np.float64]
+
+
+def tower_interfaces(turbine: Turbine) -> dict[float, Interface]:
+    """Interfaces of the tower by height [m] above its base."""
+    (_, heights), named = stations(turbine), {each.name: each for each in interfaces_of(turbine)}
+    places = {0.0: "tower_base", turbine.tower.length: "yaw_bearing"}
+    places |= {height: f"tower_station_{n}" for n, height in enumerate(heights, start=1)}
+    return {height: named[places[height]] for height in sorted(places)}
+
+
+def base_fatigue(
+    folder: str | Path, plan: WeldPlan | None = None, *, turbine: Turbine | None = None
+) -> tuple[list[WeldFatigue], list[str]]:
+    """Fatigue of tower welds over the lifetime of a load base, from bending alone (G-6).
+
+    At the tower base damage is evaluated in directions of 30 degrees, at other stations, whose cycles a base has of the
+    two components only, fore-aft and side-to-side. A weld between stations has the loads of the one below.
+
+    Args:
+      folder: folder of the load base.
+      plan: welds and standard; by default a weld of detail D in air at each station, without factors.
+      turbine: with another tower section than that of the base.
+
+    Returns:
+      fatigue of each weld, and warnings, such as of missing cases.
+
+    Raises:
+      InputError: there is no such base, or it has no results of fatigue.
+    """
+    planned = plan_of(read_campaign(folder))
+    turbine = turbine or aeroelastic(load_turbine(planned.campaign.turbine), "meltemi stress")
+    results, known, years = read_results(planned, folder), tower_interfaces(turbine), planned.campaign.years
+    plan, parts, repetitions = (
+        station_welds(known, plan),
+        defaultdict[str, list[Cycles]](list),
+        shared_repetitions(results),
+    )
+    angles = {rose_channel(each, a): a for each in known.values() for a in (0, 90, *TURNED)}
+    for channel, names, codes, cycles in results.store.cycles(results.keys) if results.present else ():
+        if channel in angles:
+            weight = np.array([repetitions.get(name, 0.0) for name in names])[codes]
+            parts[channel].append(cycles._replace(counts=weight * cycles.counts))
+    counted = {channel: sum_cycles(each, means=False) for channel, each in parts.items()}
+    warnings = [
+        f"{row}: {100.0 * share:.0f} % of its occurrences have no results: damage is too small"
+        for row, share in lost_shares(results).items()
+        if share > 0.0
+    ]
+    found = []
+    for weld in plan.welds:
+        tube, words = tube_of(weld, turbine)
+        warnings += [words] * bool(words)
+        below = [height for height in known if height <= weld.height + 1e-6]
+        if not below:
+            raise InputError(f"weld at {weld.height:g} m: it is below the tower base")
+        moments = {a: counted[c] for a in range(0, 180, 30) if (c := rose_channel(known[below[-1]], a)) in counted}
+        if not moments:
+            raise InputError(
+                f"{folder}: no cycles of {known[below[-1]].name}: 'meltemi loads run' simulates the fatigue cases"
+            )
+        # the moment about the direction a bends the shell most a quarter turn from it, on both sides
+        places = sorted(((a + turn) % 360, a) for a in moments for turn in (90, 270))
+        stresses = [
+            Cycles(c.ranges / tube.modulus, c.means / tube.modulus, c.counts) for c in (moments[a] for _, a in places)
+        ]
+        at = np.radians([place for place, _ in places])
+        found.append(judged(weld, tube, plan, at, stresses, years, float("nan"), (below[-1],)))
+    return found, warnings
