@@ -30,7 +30,7 @@ def stress(
 ) -> None:
     """Stresses and fatigue of tower welds over the lifetime: table and plot of damage and life."""
     from meltemi.strength.load_base import base_fatigue
-    from meltemi.strength.weld_report import plot_welds, weld_rows
+    from meltemi.strength.weld_report import plot_welds, short_weld_rows, weld_rows
     from meltemi.strength.welds import read_welds, weld_fatigue
 
     plan = None if welds is None else read_welds(welds)
@@ -49,7 +49,7 @@ def stress(
         title = f"{described.name}: welds of the tower over {years:g} years"
     rows = weld_rows(found)
     files = write_results(out / "welds", rows, plot_welds(found, title))
-    print_table(title, *rows, text_columns=2)
+    print_table(title, *short_weld_rows(rows), text_columns=2, all_rows=rows)
     warn(warnings)
     wrote(*files)
     suggest("inspect", turbine or "nrel5mw")
