@@ -1,0 +1,112 @@
+"""Failure of plies and buckling of panels: closed forms (G-10 to G-18).
+
+Indices are proportional to the loads: failure is at 1, and the margin of safety is 1/index - 1.
+"""
+
+from __future__ import annotations
+
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.postprocess.cycles import Cycles
+
+if TYPE_CHECKING:
+    from meltemi.sections.layup import Material
+
+Float = NDArray[np.float64]
+
+PLANE = (0, 1, 5)
+"""Places of 11, 22 and 12 among 11, 22, 33, 23, 13, 12."""
+MODES = ("fibre", "across", "shear")
+
+
+def component_indices(values: Float, tension: Float, compression: Float) -> Float:
+    """(..., 3) components 11, 22, 12 over their strengths (G-10); NaN strengths do not count."""
+    limits = np.where(values >= 0.0, tension, compression)
+    return np.nan_to_num(np.abs(values) / limits, nan=0.0)
+
+
+def strengths(material: Material) -> tuple[Float, Float]:
+    """Strengths (3,) of 11, 22, 12 [Pa] in tension and compression; NaN where the material has none."""
+    given = (material.Xt, material.Yt, material.S12), (material.Xc, material.Yc, material.S12)
+    tension, compression = (np.array([np.nan if x is None else x for x in each]) for each in given)
+    return tension, compression
+
+
+def stress_indices(material: Material, stress: Float) -> Float:
+    """(..., 3) indices of maximum stress in 11, 22 and 12 (G-10) from stresses (..., 6) [Pa]."""
+    return component_indices(stress[..., PLANE], *strengths(material))
+
+
+def strain_indices(material: Material, strain: Float) -> Float:
+    """(..., 3) indices of maximum strain (G-11) from strains (..., 6); the limits are strengths over moduli."""
+    moduli = np.array([material.E1, material.E2, material.G12])
+    tension, compression = strengths(material)
+    return component_indices(strain[..., PLANE], tension / moduli, compression / moduli)
+
+
+def tsai_wu_index(material: Material, stress: Float) -> Float:
+    """(...) index of Tsai and Wu (G-12), from stresses (..., 6) [Pa]; NaN if a strength is missing.
+
+    It is the inverse of the factor by which all stresses together would have to grow for failure.
+    """
+    (xt, yt, s), (xc, yc, _) = strengths(material)
+    s1, s2, s12 = (stress[..., i] for i in PLANE)
+    linear = (1.0 / xt - 1.0 / xc) * s1 + (1.0 / yt - 1.0 / yc) * s2
+    square = s1**2 / (xt * xc) + s2**2 / (yt * yc) + s12**2 / s**2 - s1 * s2 / np.sqrt(xt * xc * yt * yc)
+    return np.asarray(0.5 * (linear + np.sqrt(linear**2 + 4.0 * square)))
+
+
+def goodman_damage(cycles: Cycles, tension: float, compression: float, m: float, factors: tuple[float, float]) -> float:
+    """Damage of stress cycles along the fibres by a straight S-N line, shifted after Goodman (G-13, G-14).
+
+    Args:
+      cycles: ranges and means [Pa].
+      tension, compression: [Pa] static strengths along the fibres.
+      m: slope of the S-N line.
+      factors: partial factors of strength, on means, and of fatigue, on amplitudes.
+
+    Returns:
+      Miner's sum; infinite where a mean alone exceeds the strength.
+    """
+    static, fatigue = factors
+    left = tension + compression - np.abs(2.0 * static * cycles.means - tension + compression)
+    if np.any(left <= 0.0):
+        return float("inf")
+    return float(cycles.counts @ (fatigue * cycles.ranges / left) ** m)
+
+
+def laminate_stiffness(plies: list[tuple[NDArray[Any], float, float]]) -> tuple[Float, Float]:
+    """Stiffness of a laminate: of stretching A [N/m] and of bending about its neutral plane D [N m] (G-16).
+
+    Args:
+      plies: plane stiffness (3, 3) [Pa] of 11, 22, 12, thickness [m], angle [rad] from the first axis, by ply.
+
+    Returns:
+      (3, 3) A, and D - B A^-1 B.
+    """
+    total = sum(t for _, t, _ in plies)
+    A, B, D, z = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), -0.5 * total
+    for Q, t, angle in plies:
+        c, s = np.cos(angle), np.sin(angle)
+        T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
+        turned = T.T @ Q @ T  # strains of the ply from those of the laminate
+        low, high = z, z + t
+        A += turned * t
+        B += turned * (high**2 - low**2) / 2.0
+        D += turned * (high**3 - low**3) / 3.0
+        z = high
+    return A, D - B @ np.linalg.solve(A, B)
+
+
+def critical_load(D: Float, width: float) -> float:
+    """Critical compression [N/m] of a long orthotropic plate, simply supported at its edges (G-17).
+
+    Args:
+      D: (3, 3) [N m] bending stiffness, along the load, across it, twist.
+      width: [m] between the edges.
+    """
+    return float(2.0 * pi**2 / width**2 * (np.sqrt(D[0, 0] * D[1, 1]) + D[0, 1] + 2.0 * D[2, 2]))
