@@ -1,0 +1,62 @@
+"""Classical lamination theory of a wall (S-1 to S-3).
+
+Axes of a wall: z along the blade, s along the contour, n inwards (to the other side of a web). The order of strains is
+zz, ss, zs; depth is measured along n from the middle of the wall.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.sections.layup import Material, Ply
+
+Numbers = NDArray[Any]
+FREE, HELD = [1, 4], [0, 2, 3, 5]
+"""Membrane and bending strains across the blade, which carry no force or moment, and the others."""
+
+
+def rotation(angle: float) -> NDArray[np.float64]:
+    """(3, 3) strains 11, 22, 12 of a ply from zz, ss, zs, with fibres turned from z towards s (S-1)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
+
+
+@dataclass(frozen=True)
+class Laminate:
+    """Stiffness and mass of a wall about its middle.
+
+    Attributes:
+      ABD: (6, 6) forces per width zz, ss, zs [N] and moments [N m] from strains and curvatures.
+      wall: (4, 4) N_zz, N_zs, M_zz, M_zs from their strains where N_ss = M_ss = 0 (S-3).
+      across: (2, 4) strain and curvature ss that follow.
+      faces: (plies + 1,) [m] depths of the faces of the plies.
+      mass: (3,) density times 1, depth, depth squared.
+    """
+
+    ABD: Numbers
+    wall: Numbers
+    across: Numbers
+    faces: Numbers
+    mass: Numbers
+
+
+def laminate(plies: Sequence[tuple[Ply, complex]], materials: dict[str, Material] | Any) -> Laminate:
+    """Laminate of plies with their thickness [m], from the outside to the inside."""
+    t = np.array([thickness for _, thickness in plies])
+    faces = np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t)
+    ABD = np.zeros((6, 6), dtype=faces.dtype)
+    mass = np.zeros(3, dtype=faces.dtype)
+    for (ply, _), low, high in zip(plies, faces[:-1], faces[1:], strict=True):
+        material, T = materials[ply.material], rotation(ply.angle)
+        Q = T.T @ material.plane @ T
+        m0, m1, m2 = high - low, (high**2 - low**2) / 2.0, (high**3 - low**3) / 3.0
+        ABD += np.block([[m0 * Q, m1 * Q], [m1 * Q, m2 * Q]])
+        mass += material.density * np.array([m0, m1, m2])
+    across = -np.linalg.solve(ABD[np.ix_(FREE, FREE)], ABD[np.ix_(FREE, HELD)])
+    wall = ABD[np.ix_(HELD, HELD)] + ABD[np.ix_(HELD, FREE)] @ across
+    return Laminate(ABD, wall, across, faces, mass)

@@ -1,0 +1,251 @@
+"""Section of thin walls: membrane and bending of laminates, warping along the blade (S-15 to S-19).
+
+On straight pieces of wall with warping linear between nodes the flow of shear from torsion is that of Bredt, in any
+number of cells, and that of transverse forces converges to Vlasov's with the square of the spacing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.core.errors import InputError
+from meltemi.sections.laminate import Laminate, laminate, rotation
+from meltemi.sections.layup import Ply, Section
+from meltemi.sections.properties import Energy, SectionModel, central_solution, mass_matrix
+from meltemi.sections.recovery import PlyStates
+from meltemi.sections.walls import Shell, columns_of, depths
+
+Numbers = NDArray[Any]
+
+PIECES = 240
+"""Pieces of the contour, at least."""
+GAUSS = 0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A straight piece of wall.
+
+    Attributes:
+      nodes: at its ends.
+      plies: indices of ``section.plies`` and their thickness [m], from the side from which n points.
+      laminate: its stiffness.
+      link: it only carries shear, and has no mass: the end of a web within the shell.
+      web: whether it is of a web.
+    """
+
+    nodes: tuple[int, int]
+    plies: tuple[tuple[int, complex], ...]
+    laminate: Laminate
+    link: bool = False
+    web: int | None = None
+
+
+@dataclass(frozen=True)
+class Walls:
+    """Walls of a section: ``nodes`` (N, 2) [m] in the middle of the walls, and pieces between them."""
+
+    nodes: Numbers
+    walls: tuple[Wall, ...]
+
+    def ends(self, wall: Wall) -> tuple[Numbers, Numbers]:
+        """Ends of a wall [m]."""
+        return self.nodes[wall.nodes[0]], self.nodes[wall.nodes[1]]
+
+
+def walls_of(section: Section, pieces: int = PIECES) -> Walls:
+    """Middle lines of the walls of a section.
+
+    Raises:
+      InputError: the contour or the plies are not as they should be.
+    """
+    shell = Shell(section)
+    feet = np.array([arc for web in section.webs for arc in (web.start, web.end)])
+    columns = columns_of(shell, 1.0 / pieces, feet)
+    depth = depths(shell, columns)[:, -1]
+    nodes = list(columns.outer + 0.5 * depth[:, None] * columns.inward)
+    walls: list[Wall] = []
+    known: dict[tuple[tuple[int, complex], ...], Laminate] = {}
+
+    def add(a: int, b: int, stack: list[tuple[int, complex]], link: bool = False, web: int | None = None) -> None:
+        key = tuple(stack)
+        if key not in known:
+            known[key] = laminate([(section.plies[i], t) for i, t in key], section.materials)
+        walls.append(Wall((a, b), key, known[key], link, web))
+
+    last = len(columns.present)
+    for c, here in enumerate(columns.present):
+        room = 0.5 * (columns.room[c] + columns.room[c + 1])
+        stack: list[tuple[int, complex]] = []
+        for k in np.flatnonzero(here):
+            t = shell.thickness[k]
+            if t.real > room:
+                t = t * (room / t.real)
+            room -= t.real
+            if t.real > 1e-9:
+                stack.append((shell.plies[k], t))
+        if stack:
+            add(c, 0 if columns.closed and c + 1 == last else c + 1, stack)
+    if not columns.closed:  # the bonded edge
+        add(last, 0, list(walls[-1].plies), link=True)
+    for w, web in enumerate(section.webs):
+        ends = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
+        stack = [(i, ply.thickness) for i, ply in enumerate(section.plies) if ply.web == w]
+        check_web(section, w)
+        a, b = nodes[ends[0]], nodes[ends[1]]
+        along = (b - a) / np.sqrt(np.sum((b - a) ** 2))
+        hidden = [0.5 * depth[j] / max(abs(columns.inward[j] @ along.real), 0.2) for j in ends]
+        inner = a + hidden[0] * along, b - hidden[1] * along
+        n = max(int(np.sqrt(np.sum((b - a).real ** 2)) / shell.length * pieces), 4)
+        line = [ends[0], *range(len(nodes), len(nodes) + n + 1), ends[1]]
+        nodes += [inner[0] + f * (inner[1] - inner[0]) for f in np.linspace(0.0, 1.0, n + 1)]
+        for k, (i, j) in enumerate(zip(line, line[1:], strict=False)):
+            add(i, j, stack, link=k in (0, n + 1), web=w)
+    used = np.unique([wall.nodes for wall in walls])
+    place = {int(j): i for i, j in enumerate(used)}
+    moved = tuple(replace(wall, nodes=(place[wall.nodes[0]], place[wall.nodes[1]])) for wall in walls)
+    return Walls(np.array([nodes[j] for j in used]), moved)
+
+
+def check_web(section: Section, web: int) -> list[Ply]:
+    """Plies of a web.
+
+    Raises:
+      InputError: one does not reach from end to end.
+    """
+    plies = [ply for ply in section.plies if ply.web == web]
+    for ply in plies:
+        if ply.start > 1e-6 or ply.end < 1.0 - 1e-6:
+            raise InputError(
+                f"{section.name}: layer {ply.name} covers {ply.start:g} to {ply.end:g} of web "
+                f"{section.webs[web].name}: layers of webs must reach from 0 to 1"
+            )
+    return plies
+
+
+def thin_walled(section: Section, pieces: int = PIECES) -> SectionModel:
+    """Stiffness and mass of a section as thin walls.
+
+    Args:
+      pieces: of the contour, at least.
+
+    Raises:
+      InputError: the section cannot be described so; the message says why.
+    """
+    from scipy.sparse import csr_matrix
+
+    mesh = walls_of(section, pieces)
+    count = len(mesh.nodes)
+    kind = np.result_type(mesh.nodes, *(wall.laminate.ABD for wall in mesh.walls))
+    values: dict[str, list[Numbers]] = {"E": [], "C": [], "M": []}
+    R, L = np.zeros((count, 6), dtype=kind), np.zeros((count, 6), dtype=kind)
+    A, first = np.zeros((6, 6), dtype=kind), np.zeros(6, dtype=kind)
+    ply_mass = np.zeros(len(section.plies), dtype=kind)
+    for wall in mesh.walls:
+        at = list(wall.nodes)
+        parts = {name: np.zeros((2, 2), dtype=kind) for name in values}
+        S = wall.laminate.wall
+        for f in GAUSS:
+            SZ, B, SN, ds, point, n = strains(mesh, wall, f)
+            weight = 0.5 * ds
+            Q = S * (np.outer(SHEAR, SHEAR) if wall.link else 1.0)
+            parts["E"] += weight * B.T @ Q @ B
+            parts["C"] += weight * B.T @ Q @ SN
+            parts["M"] += weight * SN.T @ Q @ SN
+            R[at] += weight * B.T @ Q @ SZ
+            L[at] += weight * SN.T @ Q @ SZ
+            A += weight * SZ.T @ Q @ SZ
+            if not wall.link:
+                (x, y), (nx, ny), (m0, m1, m2) = point, n, wall.laminate.mass
+                first += weight * np.array(
+                    [
+                        *(m0, m0 * x + m1 * nx, m0 * y + m1 * ny),
+                        m0 * x * x + 2.0 * m1 * x * nx + m2 * nx * nx,
+                        m0 * y * y + 2.0 * m1 * y * ny + m2 * ny * ny,
+                        m0 * x * y + m1 * (x * ny + y * nx) + m2 * nx * ny,
+                    ]
+                )
+                for i, t in wall.plies:
+                    ply_mass[i] += weight * t * section.materials[section.plies[i].material].density
+        for name, part in parts.items():
+            values[name].append(part.ravel())
+    pairs = np.array([wall.nodes for wall in mesh.walls])
+    rows, cols = np.repeat(pairs, 2, axis=1).ravel(), np.tile(pairs, 2).ravel()
+    sparse = {k: csr_matrix((np.concatenate(v), (rows, cols)), shape=(count, count)) for k, v in values.items()}
+    energy = Energy(**sparse, R=R, L=L, A=A, pins=far_apart(mesh.nodes.real))
+    K, u_0, u_1, psi = central_solution(energy, section.name)
+
+    def states() -> PlyStates:
+        return _states(section, mesh, u_0, u_1, psi)
+
+    return SectionModel(section, K, mass_matrix(first), ply_mass, mesh, states)
+
+
+SHEAR = np.array([0.0, 1.0, 0.0, 0.0])
+
+
+def strains(
+    mesh: Walls, wall: Wall, f: float
+) -> tuple[Numbers, Numbers, Numbers, Any, Numbers, Numbers]:
+    """Strains zz, zs and curvatures zz, zs at a fraction of a wall, from what moves it (S-16 to S-18).
+
+    Returns:
+      (4, 6) by beam strains, (4, 2) by warping of its ends, (4, 2) by its derivative along the blade; length [m]; point
+      (2,) [m]; direction n (2,).
+    """
+    a, b = mesh.ends(wall)
+    ds = np.sqrt(np.sum((b - a) ** 2))
+    tx, ty = (b - a) / ds
+    x, y = point = a + f * (b - a)
+    nx, ny = n = np.array([ty, -tx])
+    zero = 0.0 * ds
+    SZ = np.array(
+        [
+            [zero, zero, 1.0, y, -x, zero],
+            [tx, ty, zero, zero, zero, x * ty - y * tx],
+            [zero, zero, zero, ny, -nx, zero],
+            [zero, zero, zero, zero, zero, 2.0],
+        ]
+    )
+    B, SN = np.zeros((4, 2), dtype=SZ.dtype), np.zeros((4, 2), dtype=SZ.dtype)
+    B[1] = -1.0 / ds, 1.0 / ds
+    SN[0] = 1.0 - f, f
+    return SZ, B, SN, ds, point, n
+
+
+def far_apart(nodes: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Three nodes that are not in one line, as far as that is possible."""
+    a = int(np.argmin(nodes[:, 1]))
+    d = nodes - nodes[a]
+    b = int(np.argmax(np.hypot(*d.T)))
+    c = int(np.argmax(np.abs(d[:, 0] * d[b, 1] - d[:, 1] * d[b, 0])))
+    return np.array([a, b, c])
+
+
+def _states(section: Section, mesh: Walls, u_0: Numbers, u_1: Numbers, psi: Numbers) -> PlyStates:
+    """Plies on both of their faces in the middle of each wall."""
+    ply, where, position, strain, stress = [], [], [], [], []
+    for w, wall in enumerate(mesh.walls):
+        if wall.link:
+            continue
+        SZ, B, SN, _, point, n = strains(mesh, wall, 0.5)
+        at = list(wall.nodes)
+        held = SZ @ psi + B @ u_0[at] + SN @ u_1[at]
+        free = wall.laminate.across @ held
+        membrane, curvature = np.stack([held[0], free[0], held[1]]), np.stack([held[2], free[1], held[3]])
+        for (i, _), *faces in zip(wall.plies, wall.laminate.faces[:-1], wall.laminate.faces[1:], strict=True):
+            material = section.materials[section.plies[i].material]
+            for depth in faces:
+                plane = rotation(section.plies[i].angle) @ (membrane + depth * curvature)
+                inside = np.zeros((6, 6), dtype=plane.dtype)
+                inside[[0, 1, 5]] = material.plane @ plane
+                ply.append(i)
+                where.append(w)
+                position.append(point + depth * n)
+                stress.append(inside)
+                strain.append(material.compliance @ inside)
+    return PlyStates(np.array(ply), np.array(where), np.array(position), np.array(strain), np.array(stress))
