@@ -79,27 +79,10 @@ def goodman_damage(cycles: Cycles, tension: float, compression: float, m: float,
     return float(cycles.counts @ (fatigue * cycles.ranges / left) ** m)
 
 
-def laminate_stiffness(plies: list[tuple[NDArray[Any], float, float]]) -> tuple[Float, Float]:
-    """Stiffness of a laminate: of stretching A [N/m] and of bending about its neutral plane D [N m] (G-16).
-
-    Args:
-      plies: plane stiffness (3, 3) [Pa] of 11, 22, 12, thickness [m], angle [rad] from the first axis, by ply.
-
-    Returns:
-      (3, 3) A, and D - B A^-1 B.
-    """
-    total = sum(t for _, t, _ in plies)
-    A, B, D, z = np.zeros((3, 3)), np.zeros((3, 3)), np.zeros((3, 3)), -0.5 * total
-    for Q, t, angle in plies:
-        c, s = np.cos(angle), np.sin(angle)
-        T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
-        turned = T.T @ Q @ T  # strains of the ply from those of the laminate
-        low, high = z, z + t
-        A += turned * t
-        B += turned * (high**2 - low**2) / 2.0
-        D += turned * (high**3 - low**3) / 3.0
-        z = high
-    return A, D - B @ np.linalg.solve(A, B)
+def bending_stiffness(ABD: NDArray[Any]) -> Float:
+    """(3, 3) [N m] bending stiffness D - B A^-1 B of a laminate about its neutral plane (G-16), from its (6, 6)."""
+    A, B, D = ABD[:3, :3].real, ABD[:3, 3:].real, ABD[3:, 3:].real
+    return np.asarray(D - B @ np.linalg.solve(A, B))
 
 
 def critical_load(D: Float, width: float) -> float:

@@ -214,6 +214,21 @@ def station_welds(known: Mapping[float, object], plan: WeldPlan | None = None) -
     return plan or WeldPlan(welds=tuple(Weld(height=h, name=f"{h:g} m") for h in known))
 
 
+def parts_of(results: Sequence[Result], shares: Sequence[float] | None, years: float) -> Float:
+    """(R,) how often the series of each result occurs in a lifetime [years], by shares of it; equal ones by default.
+
+    Raises:
+      InputError: shares are not those of the results, or a result is too short.
+    """
+    p = np.full(len(results), 1.0 / max(len(results), 1)) if shares is None else np.asarray(shares, dtype=float)
+    if p.shape != (len(results),) or np.any(p < 0.0) or not 0.0 < p.sum() <= 1.0 + 1e-9:
+        raise InputError(f"shares: expected {len(results)}, one for each result, with a sum above 0 and up to 1")
+    spans = [float(np.ptp(result.evaluated.time)) for result in results]
+    if min(spans, default=0.0) <= 0.0:
+        raise InputError("stress: a result has less than two samples after its transient")
+    return p * years * YEAR / np.array(spans)
+
+
 def weld_fatigue(
     results: Sequence[Result],
     turbine: Turbine,
@@ -239,14 +254,7 @@ def weld_fatigue(
     Raises:
       InputError: loads are missing, a weld does not fit the tower, or shares are not those of the results.
     """
-    p = np.full(len(results), 1.0 / max(len(results), 1)) if shares is None else np.asarray(shares, dtype=float)
-    if p.shape != (len(results),) or np.any(p < 0.0) or not 0.0 < p.sum() <= 1.0 + 1e-9:
-        raise InputError(f"shares: expected {len(results)}, one for each result, with a sum above 0 and up to 1")
-    known = [tower_loads(result, turbine, stations) for result in results]
-    spans = [float(np.ptp(result.evaluated.time)) for result in results]
-    if min(spans, default=0.0) <= 0.0:
-        raise InputError("stress: a result has less than two samples after its transient")
-    repeated = p * years * YEAR / np.array(spans)
+    known, repeated = [tower_loads(result, turbine, stations) for result in results], parts_of(results, shares, years)
     plan = station_welds(dict.fromkeys(sorted(set.intersection(*map(set, known)))), plan)
     angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     found, warnings = [], []
@@ -256,7 +264,7 @@ def weld_fatigue(
         loads = [loads_between(each, weld.height) for each in known]
         stresses = [shell_stresses(each, tube, angles) for each, _ in loads]
         counted = [[rainflow_cycles(s[a]) for s in stresses] for a in range(len(angles))]
-        cycles = [sum_cycles(parts, repeated) for parts in counted]
+        cycles = [sum_cycles(parts, [*repeated]) for parts in counted]
         shear = max(shear_stress(each, tube) for each, _ in loads)
         found.append(judged(weld, tube, plan, angles, cycles, years, shear, loads[0][1]))
     return found, warnings

@@ -1,0 +1,344 @@
+"""Strength of a blade's plies and spar caps under the section loads of results (G-7 to G-18)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from math import inf, prod
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.core.record import Record
+from meltemi.core.shown import Brief
+from meltemi.core.yamlfile import read_mapping, validated
+from meltemi.postprocess.cycles import rainflow_cycles
+from meltemi.sections.layup import Layup
+from meltemi.sections.properties import SectionModel
+from meltemi.sections.recovery import PlyStates, ply_states
+from meltemi.sections.thin_walled import thin_walled
+from meltemi.simulation.result import Result
+from meltemi.strength.criteria import (
+    MODES,
+    bending_stiffness,
+    critical_load,
+    goodman_damage,
+    strain_indices,
+    strengths,
+    stress_indices,
+    tsai_wu_index,
+)
+from meltemi.strength.welds import SIX, parts_of
+from meltemi.turbine.definition import Turbine
+
+Float = NDArray[np.float64]
+
+CHUNK = 2000
+"""Instants that are evaluated together."""
+COUNTED = 6
+"""Points of a layer, those with the largest range of stress, at which its cycles are counted."""
+SLOPE = 10.0
+"""Slope of the S-N line of a material that has none: glass fibre in epoxy."""
+ROOT = (
+    "root_force_flap",
+    "root_force_edge",
+    "root_force_z",
+    "root_moment_edge",
+    "root_moment_flap",
+    "root_moment_torsion",
+)
+"""Channels of the blade root in pitched axes, in the order of the six loads."""
+FILE = Path(__file__).with_name("blade_factors.yaml")
+
+
+class BladeFactors(Record):
+    """Partial factors of materials, each a product."""
+
+    ultimate: tuple[float, ...] = Field(min_length=1)
+    """Fibre failure [-; 1 to 3]."""
+    interfibre: tuple[float, ...] = Field(min_length=1)
+    """Failure between fibres [-; 1 to 2]."""
+    fatigue: tuple[float, ...] = Field(min_length=1)
+    """Fatigue [-; 1 to 3]."""
+    stability: tuple[float, ...] = Field(min_length=1)
+    """Buckling [-; 1 to 2.5]."""
+    source: str = ""
+
+
+@cache
+def blade_factors() -> dict[str, BladeFactors]:
+    """Partial factors that come with the package, by name."""
+    return {name: validated(data, BladeFactors, f"{FILE}: {name}") for name, data in read_mapping(FILE).items()}
+
+
+@dataclass(frozen=True)
+class LayerStrength:
+    """Strength of a layer at a station; indices have all partial factors, failure is at 1.
+
+    Attributes:
+      station: [m] from the root.
+      layer, material: names.
+      stress, strain, tsai_wu: largest indices of maximum stress, maximum strain, and of Tsai and Wu.
+      index: largest of them; NaN for a material without strengths.
+      mode: its criterion: fibre, across, shear or Tsai-Wu.
+      result, time: place of the result, and instant [s] of the largest index.
+      position: (2,) [m] where it is, in the axes of the section.
+      damage: of fatigue along the fibres over the lifetime; NaN without strengths.
+    """
+
+    station: float
+    layer: str
+    material: str
+    stress: float
+    strain: float
+    tsai_wu: float
+    index: float
+    mode: str
+    result: int
+    time: float
+    position: tuple[float, float]
+    damage: float
+
+
+@dataclass(frozen=True)
+class PanelStrength:
+    """Buckling of the shell between two webs at a station.
+
+    Attributes:
+      station: [m] from the root.
+      side: suction or pressure side.
+      width: [m] along the shell.
+      critical: [N/m] critical load.
+      load: [N/m] largest compression, without factors.
+      index: compression with factors over critical load.
+      result, time: place of the result, and instant [s].
+    """
+
+    station: float
+    side: str
+    width: float
+    critical: float
+    load: float
+    index: float
+    result: int
+    time: float
+
+
+@dataclass(frozen=True, repr=False)
+class BladeStrength(Brief):
+    """Strength of a blade at the stations of its results.
+
+    Attributes:
+      layers, panels: strength of each layer, and of each panel between webs, by station.
+      points: by station [m] the place (Q, 2) [m] of the points of plies, and the largest index at each (Q,).
+      factors: partial factors.
+      warnings: what was not judged.
+    """
+
+    layers: tuple[LayerStrength, ...]
+    panels: tuple[PanelStrength, ...]
+    points: dict[float, tuple[Float, Float]] = field(repr=False)
+    factors: BladeFactors
+    warnings: tuple[str, ...]
+
+
+def blade_loads(
+    result: Result, turbine: Turbine, blade: int = 1, stations: Sequence[float] | None = None
+) -> dict[float, Float]:
+    """Section loads (T, 6) [N, N m] in the axes of the section, by distance [m] of the stations from the root (G-7).
+
+    Args:
+      result: the result; its transient is left out.
+      turbine: its turbine, whose structural twist turns the loads.
+      blade: number of the blade.
+      stations: [m] of the blade's stations 1, 2, ...; by default those that the result states.
+
+    Raises:
+      InputError: no station has all six loads, or places are not known.
+    """
+    part, structure = result.evaluated, turbine.blade.structure
+    places = list((result.meta.get("stations") or {}).get("blade", ()) if stations is None else stations)
+    names = {0.0: [f"{name}_{blade}" for name in ROOT]}
+    for n in sorted(
+        {int(name.split("_")[1]) for name in part.names if name.startswith("station_") and name.endswith(f"_{blade}")}
+    ):
+        if n > len(places):
+            raise InputError(f"the place of blade station {n} is not known: give those of all stations (--stations)")
+        names[float(places[n - 1])] = [f"station_{n}_{load}_{blade}" for load in SIX]
+    found = {}
+    for place, channels in names.items():
+        if all(name in part for name in channels):
+            loads = np.stack([part[name] for name in channels], axis=1)
+            twist = float(np.interp(place, structure.position, structure.twist))
+            c, s = np.cos(twist), np.sin(twist)
+            for k in (0, 3):
+                loads[:, k], loads[:, k + 1] = (
+                    c * loads[:, k] - s * loads[:, k + 1],
+                    s * loads[:, k] + c * loads[:, k + 1],
+                )
+            found[place] = loads
+    if not found:
+        raise InputError(
+            f"stress: the result has no blade station with all six loads of blade {blade}: run with blade_stations"
+        )
+    return dict(sorted(found.items()))
+
+
+def blade_strength(  # noqa: PLR0913 - settings by name
+    results: Sequence[Result],
+    turbine: Turbine,
+    layup: Layup,
+    *,
+    factors: str = "iec61400-5",
+    load_factor: float = 1.35,
+    blade: int = 1,
+    shares: Sequence[float] | None = None,
+    years: float = 20.0,
+    stations: Sequence[float] | None = None,
+) -> BladeStrength:
+    """Strength of plies and spar caps at the stations of results (G-7 to G-18).
+
+    Args:
+      results: results with section loads of the blade.
+      turbine: their turbine.
+      layup: layup of its blade.
+      factors: name of partial factors of materials.
+      load_factor: partial factor of the loads for strength and buckling; fatigue has 1.
+      blade: number of the blade.
+      shares, years: shares of the results in the lifetime [years], for fatigue; equal ones by default.
+      stations: see :func:`blade_loads`.
+
+    Raises:
+      InputError: loads are missing, there are no such factors, or a section cannot be modelled.
+    """
+    if factors not in blade_factors():
+        raise InputError(f"factors {factors!r}: {did_you_mean(factors, blade_factors())}")
+    gamma, repeated = blade_factors()[factors], parts_of(results, shares, years)
+    loads = [blade_loads(result, turbine, blade, stations) for result in results]
+    times = [result.evaluated.time for result in results]
+    layers: list[LayerStrength] = []
+    panels: list[PanelStrength] = []
+    points: dict[float, tuple[Float, Float]] = {}
+    unjudged: dict[str, None] = {}
+    for place in sorted(set.intersection(*map(set, loads))):
+        model = thin_walled(layup.section(place / turbine.blade.length))
+        states, series = ply_states(model), [each[place] for each in loads]
+        index = np.zeros(len(states.ply))
+        for name in dict.fromkeys(ply.name for ply in model.section.plies):
+            inside = np.flatnonzero([model.section.plies[i].name == name for i in states.ply])
+            if not len(inside):
+                continue
+            material = next(ply.material for ply in model.section.plies if ply.name == name)
+            if np.isnan(np.concatenate(strengths(model.section.materials[material]))[[0, 3]]).any():
+                unjudged[f"{material}: no strengths along the fibres: its layers are not judged"] = None
+            layer, index[inside] = layer_strength(
+                place, name, model, states, inside, series, times, repeated, gamma, load_factor
+            )
+            layers.append(layer)
+        points[place] = states.position.real, index
+        panels += panel_strength(place, model, states, series, times, load_factor * prod(gamma.stability))
+    return BladeStrength(tuple(layers), tuple(panels), points, gamma, tuple(unjudged))
+
+
+def layer_strength(  # noqa: PLR0913 - one layer of one station
+    place: float,
+    name: str,
+    model: SectionModel,
+    states: PlyStates,
+    inside: NDArray[np.intp],
+    series: Sequence[Float],
+    times: Sequence[Float],
+    repeated: Float,
+    gamma: BladeFactors,
+    load_factor: float,
+) -> tuple[LayerStrength, Float]:
+    """Strength of a layer, and the largest index at each of its points ``inside`` the states."""
+    label = next(ply.material for ply in model.section.plies if ply.name == name)
+    material, raised = model.section.materials[label], load_factor * prod(gamma.ultimate)
+    by_mode = load_factor * np.array([prod(gamma.ultimate), prod(gamma.interfibre), prod(gamma.interfibre)])
+    part = PlyStates(
+        states.ply[inside],
+        states.wall[inside],
+        states.position[inside],
+        states.strain[inside].real,
+        states.stress[inside].real,
+    )
+    best, point_index, largest = (-1.0, "", 0, 0.0, 0), np.zeros(len(inside)), np.zeros(3)
+    low, high = np.full(len(inside), inf), np.full(len(inside), -inf)
+    for r, loads in enumerate(series):
+        for first in range(0, len(loads), CHUNK):
+            strain, stress = part.under(loads[first : first + CHUNK])
+            parts = by_mode * stress_indices(material, stress), by_mode * strain_indices(material, strain)
+            wu = raised * np.nan_to_num(tsai_wu_index(material, stress), nan=0.0)
+            every = np.concatenate([*parts, wu[..., None]], axis=-1)
+            largest = np.maximum(largest, [parts[0].max(), parts[1].max(), wu.max()])
+            point_index = np.maximum(point_index, every.max(axis=(0, 2)))
+            t, q, kind = np.unravel_index(int(every.argmax()), every.shape)
+            if every[t, q, kind] > best[0]:
+                mode = "Tsai-Wu" if kind == 6 else f"{MODES[kind % 3]} {('stress', 'strain')[kind // 3]}"
+                best = (float(every[t, q, kind]), mode, r, float(times[r][first + t]), int(q))
+            low, high = np.minimum(low, stress[..., 0].min(axis=0)), np.maximum(high, stress[..., 0].max(axis=0))
+    damage = nan = float("nan")
+    judged = material.Xt is not None and material.Xc is not None
+    if material.Xt is not None and material.Xc is not None:
+        both = prod(gamma.ultimate), prod(gamma.fatigue)
+        damage = 0.0
+        for q in np.argsort(low - high)[:COUNTED]:
+            cycles = [rainflow_cycles(loads @ part.stress[q, 0]) for loads in series]
+            m = material.fatigue_exponent or SLOPE
+            each = (
+                n * goodman_damage(c, material.Xt, material.Xc, m, both) for n, c in zip(repeated, cycles, strict=True)
+            )
+            damage = max(damage, sum(each))
+    x, y = part.position[best[4]].real
+    at, top = (float(x), float(y)), best[0] if judged else nan
+    three = float(largest[0]), float(largest[1]), float(largest[2])
+    layer = LayerStrength(place, name, label, *three, top, best[1], best[2], best[3], at, damage)
+    return layer, point_index if judged else np.full(len(inside), nan)
+
+
+def panel_strength(
+    place: float, model: SectionModel, states: PlyStates, series: Sequence[Float], times: Sequence[Float], factor: float
+) -> list[PanelStrength]:
+    """Buckling of the shell between neighbouring webs, as a long flat plate (G-15 to G-18)."""
+    mesh, forces = model.mesh, wall_forces(model, states)
+    shell = [w for w, wall in enumerate(mesh.walls) if wall.web is None and not wall.link]
+    of_webs = {n for wall in mesh.walls if wall.web is not None for n in wall.nodes}
+    leading = int(np.argmin(mesh.nodes[:, 1].real))
+    parts: list[list[int]] = [[]]
+    for w in shell:
+        parts[-1].append(w)
+        if mesh.walls[w].nodes[1] in of_webs:
+            parts.append([])
+    found = []
+    for walls in parts[1:-1]:  # the first and the last one lie at the trailing edge
+        if any(leading in mesh.walls[w].nodes for w in walls):
+            continue
+        length = np.array([float(np.hypot(*(b - a).real)) for a, b in (mesh.ends(mesh.walls[w]) for w in walls)])
+        share, width = length / length.sum(), float(length.sum())
+        D = np.tensordot(share, [bending_stiffness(mesh.walls[w].laminate.ABD) for w in walls], 1)
+        critical, unit = critical_load(D, width), share @ forces[walls]
+        compression = [-loads @ unit for loads in series]
+        r = int(np.argmax([c.max() for c in compression]))
+        t = int(compression[r].argmax())
+        load = max(float(compression[r][t]), 0.0)
+        side = "suction side" if mesh.walls[walls[0]].nodes[0] < leading else "pressure side"
+        found.append(PanelStrength(place, side, width, critical, load, factor * load / critical, r, float(times[r][t])))
+    return found
+
+
+def wall_forces(model: SectionModel, states: PlyStates) -> NDArray[Any]:
+    """(walls, 6) axial force per width [N/m] of each wall by unit loads (G-15)."""
+    forces = np.zeros((len(model.mesh.walls), 6))
+    faces = states.stress.real[:, (0, 1, 5)]
+    for w, wall in enumerate(model.mesh.walls):
+        for i, thickness in wall.plies if not wall.link else ():
+            c, s = np.cos(model.section.plies[i].angle), np.sin(model.section.plies[i].angle)
+            at = (states.wall == w) & (states.ply == i)
+            forces[w] += thickness.real * np.array([c * c, s * s, -2.0 * c * s]) @ faces[at].mean(axis=0)
+    return forces
