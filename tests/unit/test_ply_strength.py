@@ -25,13 +25,34 @@ from meltemi.strength.criteria import (
 from meltemi.strength.plies import ROOT, blade_factors, blade_loads, blade_strength, panel_strength, wall_forces
 
 STEEL: dict[str, Any] = {
-    **{"density": 7850.0, "E1": 210e9, "E2": 210e9, "E3": 210e9, "nu12": 0.3, "nu13": 0.3, "nu23": 0.3},
-    **{"G12": 210e9 / 2.6, "G13": 210e9 / 2.6, "G23": 210e9 / 2.6},
+    "density": 7850.0,
+    "E1": 210e9,
+    "E2": 210e9,
+    "E3": 210e9,
+    "nu12": 0.3,
+    "nu13": 0.3,
+    "nu23": 0.3,
+    "G12": 210e9 / 2.6,
+    "G13": 210e9 / 2.6,
+    "G23": 210e9 / 2.6,
 }
 GLASS: dict[str, Any] = {
-    **{"density": 1940.0, "E1": 44e9, "E2": 13e9, "E3": 13e9, "nu12": 0.28, "nu13": 0.28, "nu23": 0.4},
-    **{"G12": 4.2e9, "G13": 4.2e9, "G23": 4.2e9, "Xt": 1000e6, "Xc": 700e6, "Yt": 50e6, "Yc": 150e6, "S12": 70e6},
-    **{"fatigue_exponent": 10.0},
+    "density": 1940.0,
+    "E1": 44e9,
+    "E2": 13e9,
+    "E3": 13e9,
+    "nu12": 0.28,
+    "nu13": 0.28,
+    "nu23": 0.4,
+    "G12": 4.2e9,
+    "G13": 4.2e9,
+    "G23": 4.2e9,
+    "Xt": 1000e6,
+    "Xc": 700e6,
+    "Yt": 50e6,
+    "Yc": 150e6,
+    "S12": 70e6,
+    "fatigue_exponent": 10.0,
 }
 UD = Material(**GLASS)
 NREL = load_turbine("nrel5mw")

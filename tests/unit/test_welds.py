@@ -204,6 +204,7 @@ def test_lifetime_of_a_load_base(tmp_path: Path) -> None:
     def series(case: object, time: np.ndarray) -> dict[str, np.ndarray]:
         moment = 4e6 * case.variant.speed * np.cos(2.0 * np.pi * 0.5 * time)  # type: ignore[attr-defined]
         found = {MOMENTS[1]: np.cos(turn) * moment, MOMENTS[0]: np.sin(turn) * moment}
+        found |= {"tower_station_1_moment_y": 0.4 * moment, "tower_station_1_moment_x": 0.5 * moment}
         return found | {"yaw_moment_y": 0.1 * moment}
 
     write_campaign(planned.campaign, tmp_path)
@@ -219,11 +220,18 @@ def test_lifetime_of_a_load_base(tmp_path: Path) -> None:
     assert base.damage.max() == pytest.approx(expected, rel=5e-3)
     assert len(base.damage) == 12
     assert np.degrees(base.worst) == pytest.approx(120.0)  # moments about 30 degrees
-    assert middle.damage.max() == 0.0
+    assert np.degrees(middle.worst) == pytest.approx(90.0)
     assert np.degrees(top.angles) == pytest.approx([0.0, 90.0, 180.0, 270.0])
     assert np.degrees(top.worst) == pytest.approx(0.0)
-    between, _ = base_fatigue(tmp_path, WeldPlan(welds=(Weld(height=20.0),)))
-    assert between[0].loads_at == (0.0,)
+    # between stations: linear, here exactly
+    tubes = {"diameter": 6.0, "thickness": 0.03}
+    low, between, high = base_fatigue(
+        tmp_path, WeldPlan(welds=tuple(Weld(height=h, **tubes) for h in (0.0, 10.95, 43.8)))
+    )[0]
+    assert between.loads_at == (0.0, 43.8)
+    assert between.load == pytest.approx(
+        0.75 * np.cos(turn) / np.cos(np.radians(10.0)) * low.load + 0.25 * high.load, rel=5e-3
+    )
     assert np.isnan(base.shear)
 
 

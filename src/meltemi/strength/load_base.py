@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,8 @@ from meltemi.loads.loadbase.coverage import lost_shares, read_results, shared_re
 from meltemi.loads.loadbase.interfaces import TURNED, Interface, interfaces_of, stations
 from meltemi.loads.loadbase.plan import plan as plan_of
 from meltemi.loads.loadbase.signals import rose_channel
-from meltemi.postprocess.cycles import Cycles, sum_cycles
-from meltemi.strength.welds import WeldFatigue, WeldPlan, judged, station_welds, tube_of
+from meltemi.postprocess.cycles import Cycles, cycle_load, sum_cycles
+from meltemi.strength.welds import Weld, WeldFatigue, WeldPlan, curve_of, judged, station_welds, tube_of
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
@@ -36,8 +37,9 @@ def base_fatigue(
 ) -> tuple[list[WeldFatigue], list[str]]:
     """Fatigue of tower welds over the lifetime of a load base, from bending alone (G-6).
 
-    At the tower base damage is evaluated in directions of 30 degrees, at other stations, whose cycles a base has of the
-    two components only, fore-aft and side-to-side. A weld between stations has the loads of the one below.
+    At the tower base damage is evaluated in directions of 30 degrees; elsewhere, where a base has cycles of the two
+    components only, fore-aft and side-to-side. A weld between stations has the cycles of the one below, with ranges that
+    make the equivalent load linear between both, which is too large where their loads are out of step.
 
     Args:
       folder: folder of the load base.
@@ -73,19 +75,38 @@ def base_fatigue(
     for weld in plan.welds:
         tube, words = tube_of(weld, turbine)
         warnings += [words] * bool(words)
-        below = [height for height in known if height <= weld.height + 1e-6]
-        if not below:
-            raise InputError(f"weld at {weld.height:g} m: it is below the tower base")
-        moments = {a: counted[c] for a in range(0, 180, 30) if (c := rose_channel(known[below[-1]], a)) in counted}
+        moments, loads_at = moments_at(weld, known, counted, curve_of(weld, plan.edition).m[0])
         if not moments:
-            raise InputError(
-                f"{folder}: no cycles of {known[below[-1]].name}: 'meltemi loads run' simulates the fatigue cases"
-            )
+            raise InputError(f"{folder}: no cycles of the tower: 'meltemi loads run' simulates the fatigue cases")
         # the moment about the direction a bends the shell most a quarter turn from it, on both sides
         places = sorted(((a + turn) % 360, a) for a in moments for turn in (90, 270))
         stresses = [
             Cycles(c.ranges / tube.modulus, c.means / tube.modulus, c.counts) for c in (moments[a] for _, a in places)
         ]
         at = np.radians([place for place, _ in places])
-        found.append(judged(weld, tube, plan, at, stresses, years, float("nan"), (below[-1],)))
+        found.append(judged(weld, tube, plan, at, stresses, years, float("nan"), loads_at))
     return found, warnings
+
+
+def moments_at(
+    weld: Weld, known: dict[float, Interface], counted: Mapping[str, Cycles], slope: float
+) -> tuple[dict[int, Cycles], tuple[float, ...]]:
+    """Cycles of moments [N m] at a weld by direction [deg] of the first half turn, and heights [m] of the stations."""
+
+    def cycles_of(height: float) -> dict[int, Cycles]:
+        return {a: counted[c] for a in range(0, 180, 30) if (c := rose_channel(known[height], a)) in counted}
+
+    below, above = ([h for h in known if sign * (h - weld.height) <= 1e-6] for sign in (1, -1))
+    if not below or not above:
+        raise InputError(f"weld at {weld.height:g} m: the tower reaches from {min(known):g} to {max(known):g} m")
+    low, high = max(below), min(above)
+    if high <= low:
+        return cycles_of(low), (low,)
+    first, second, share = cycles_of(low), cycles_of(high), (weld.height - low) / (high - low)
+    moments = {}
+    for a in first.keys() & second.keys():
+        loads = [cycle_load(c[a], slope=slope, reference=1.0) for c in (first, second)]
+        source, load = (first[a], loads[0]) if loads[0] > 0.0 else (second[a], loads[1])
+        ratio = ((1.0 - share) * loads[0] + share * loads[1]) / load if load > 0.0 else 0.0
+        moments[a] = Cycles(ratio * source.ranges, ratio * source.means, source.counts)
+    return moments, (low, high)
