@@ -64,8 +64,7 @@ def mesh_of(section: Section, pieces: int = PIECES) -> Mesh:
     for i, (a, b) in enumerate(taken):
         if any(a < d and c < b for c, d in taken[:i]):
             raise InputError(f"{section.name}: webs {_names(section)} overlap where they meet the shell")
-    wanted = np.concatenate([f for pair in feet for f in pair]) if feet else np.zeros(0)
-    columns = columns_of(shell, 1.0 / pieces, wanted)
+    columns = columns_of(shell, 1.0 / pieces, [f for pair in feet for f in pair], ramps=True)
     grid = _Grid(shell, columns)
     for w, pair in enumerate(feet):
         grid.add_web(w, pair, pieces)
@@ -76,15 +75,20 @@ def _names(section: Section) -> str:
     return ", ".join(web.name for web in section.webs)
 
 
+def _faces(shell: Shell, w: int) -> tuple[Numbers, Numbers, Numbers]:
+    """Distances of the faces of a web's plies from its middle line [m], a point of this line, and the direction across it."""
+    web = shell.section.webs[w]
+    t = np.array([ply.thickness for ply in check_web(shell.section, w)])
+    a, b = at_arc(shell.contour, np.array([web.start, web.end])).real
+    along = (b - a) / np.hypot(*(b - a))
+    return np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t), a, np.array([along[1], -along[0]])
+
+
 def _feet(shell: Shell, w: int) -> tuple[Numbers, Numbers]:
     """Arcs at which the faces of a web's plies meet the shell, on both sides."""
     section = shell.section
-    t = np.array([ply.thickness for ply in check_web(section, w)])
-    faces = np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t)
     web = section.webs[w]
-    a, b = at_arc(shell.contour, np.array([web.start, web.end])).real
-    along = (b - a) / np.hypot(*(b - a))
-    normal = np.array([along[1], -along[0]])
+    faces, a, normal = _faces(shell, w)
 
     def off(s: Numbers) -> Numbers:
         step = 0.5 * (faces[-1] - faces[0]).real / shell.length
@@ -209,17 +213,22 @@ class _Grid:
         column = self.last + 1000 * w
         plies = [i for i, ply in enumerate(self.section.plies) if ply.web == w]
 
+        faces, origin, normal = _faces(self.shell, w)
+
+        def at(f: float, p: Numbers, q: Numbers, distance: complex) -> Numbers:
+            point = (1.0 - f) * p + f * q
+            return point + (distance - (point - origin) @ normal) * normal
+
         def line(k: int, m: int) -> int:  # node m of 2 n steps along face k
             if m in (0, 2 * n):
                 return rows[m // (2 * n)][0][k]
-            f = m / (2 * n)
-            return self._node(("web", w, k, m), (1.0 - f) * a[k] + f * b[k])
+            return self._node(("web", w, k, m), at(m / (2 * n), a[k], b[k], faces[k]))
 
         def across(k: int, m: int) -> int:  # node in the middle of ply k
             if m in (0, 2 * n):
                 return rows[m // (2 * n)][1][k]
-            f = m / (2 * n)
-            return self._node(("web", w, "side", k, m), 0.5 * ((1.0 - f) * (a[k] + a[k + 1]) + f * (b[k] + b[k + 1])))
+            ends = 0.5 * (a[k] + a[k + 1]), 0.5 * (b[k] + b[k + 1])
+            return self._node(("web", w, "side", k, m), at(m / (2 * n), *ends, 0.5 * (faces[k] + faces[k + 1])))
 
         for m in range(n):
             for k, ply in enumerate(plies):
