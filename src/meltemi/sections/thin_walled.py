@@ -64,7 +64,7 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
       InputError: the contour or the plies are not as they should be.
     """
     shell = Shell(section)
-    feet = np.array([arc for web in section.webs for arc in (web.start, web.end)])
+    feet = [np.array([arc]) for web in section.webs for arc in (web.start, web.end)]
     columns = columns_of(shell, 1.0 / pieces, feet)
     depth = depths(shell, columns)[:, -1]
     nodes = list(columns.outer + 0.5 * depth[:, None] * columns.inward)

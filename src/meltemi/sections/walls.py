@@ -6,6 +6,7 @@ plies end on the line that shares this room between the sides in proportion to t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.sections.layup import Section, arcs
+from meltemi.sections.layup import THINNEST, Section, arcs
 
 Numbers = NDArray[Any]
 Float = NDArray[np.float64]
@@ -23,6 +24,8 @@ CORNER = np.radians(25.0)
 """Change of direction of a contour beyond which it has a corner."""
 WEDGE = 0.5
 """Slope of a side against the chord below which it may meet the other one at the trailing edge."""
+RAMP = 0.1
+"""Half the length over which a ply's thickness goes to zero where it ends, over the spacing of nodes."""
 CROWDED = 0.3
 """Least inner over outer length of a column; where it is less, a node is left out."""
 
@@ -148,10 +151,19 @@ class Columns:
     bonded: tuple[tuple[int, int], ...]
 
 
-def columns_of(shell: Shell, spacing: float, wanted: Numbers) -> Columns:
-    """Columns with nodes at corners, ends of plies and wanted arcs, and between these at most ``spacing`` [arc] apart."""
+def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps: bool = False) -> Columns:
+    """Columns with nodes at corners, ends of plies and wanted arcs, and between these at most ``spacing`` [arc] apart.
+
+    Args:
+      wanted: arcs of nodes in groups, the feet of webs; no others are within a group.
+      ramps: plies that change the thickness of the wall end between nodes close to their end.
+    """
     edge = shell.edge
     ends = np.unique(np.concatenate([shell.start, shell.end]))
+    step = RAMP * spacing
+    jumps = np.array([e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step])).real)[0]) > THINNEST])
+    if ramps:
+        ends = np.concatenate([ends, jumps - step, jumps + step])
     low, high = (0.0, 1.0) if edge is None else (float(edge.suction[0]), float(edge.pressure[0]))
     fixed = np.concatenate([shell.corners, ends, [low, high]])
     if edge is not None:  # nodes of the two sides at the same y
@@ -165,11 +177,12 @@ def columns_of(shell: Shell, spacing: float, wanted: Numbers) -> Columns:
         fixed = fixed[(fixed > edge.suction[-1]) & (fixed < edge.pressure[-1])]
         fixed = np.concatenate([fixed, *mirrored])
     fixed = fixed[(fixed >= low) & (fixed <= high)]
-    foot = np.sort(wanted.real)
-    near = [np.min(np.abs(foot - f)) if len(foot) else 1.0 for f in fixed]
-    fixed = fixed[np.array(near) > 0.1 * spacing]  # ends of plies within a web's foot go to its lines
-    s = _spaced(np.concatenate([fixed, foot]), spacing)
-    complex_of = dict(zip(wanted.real.tolist(), wanted.tolist(), strict=True))
+    feet = [np.sort(f.real) for f in wanted]
+    for f in feet:  # ends of plies within a web's foot go to its lines
+        fixed = fixed[(fixed < f[0] - 0.1 * spacing) | (fixed > f[-1] + 0.1 * spacing)]
+    s = _spaced(fixed, spacing, feet)
+    foot = np.concatenate([*feet, np.zeros(0)])
+    complex_of = {v.real: v for f in wanted for v in f.tolist()}
     essential = np.concatenate([foot, [low, high], *([] if edge is None else mirrored)])
     for _ in range(len(s)):
         columns = _columns(shell, np.array([complex_of.get(v, v) for v in s.tolist()]))
@@ -181,16 +194,21 @@ def columns_of(shell: Shell, spacing: float, wanted: Numbers) -> Columns:
     return columns
 
 
-def _spaced(points: Float, spacing: float) -> Float:
-    """Sorted points, those closer than a twentieth of the spacing merged, with others between them."""
+def _spaced(points: Float, spacing: float, whole: Sequence[Float] = ()) -> Float:
+    """Sorted points, those closer than a twentieth of the spacing merged, with others between them but not within groups."""
     points = np.unique(points)
     keep = [points[0]]
     for p in points[1:]:
         if p - keep[-1] > 0.05 * spacing:
             keep.append(p)
     keep[-1] = points[-1]
-    pieces = [np.linspace(a, b, max(int(np.ceil((b - a) / spacing - 1e-6)), 1), endpoint=False) for a, b in zip(keep, keep[1:], strict=False)]
-    return np.concatenate([*pieces, [keep[-1]]])
+    all_points = np.unique(np.concatenate([keep, *whole]))
+    pieces = [all_points[-1:]]
+    for a, b in zip(all_points, all_points[1:], strict=False):
+        inside = any(f[0] <= a and b <= f[-1] for f in whole)
+        n = 1 if inside else max(int(np.ceil((b - a) / spacing - 1e-6)), 1)
+        pieces.append(np.linspace(a, b, n, endpoint=False))
+    return np.sort(np.concatenate(pieces))
 
 
 def _columns(shell: Shell, s: Numbers) -> Columns:
