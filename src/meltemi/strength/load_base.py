@@ -33,18 +33,19 @@ def tower_interfaces(turbine: Turbine) -> dict[float, Interface]:
 
 
 def base_fatigue(
-    folder: str | Path, plan: WeldPlan | None = None, *, turbine: Turbine | None = None
+    folder: str | Path, plan: WeldPlan | None = None, *, turbine: Turbine | None = None, factors: str | None = None
 ) -> tuple[list[WeldFatigue], list[str]]:
     """Fatigue of tower welds over the lifetime of a load base, from bending alone (G-6).
 
     At the tower base damage is evaluated in directions of 30 degrees; elsewhere, where a base has cycles of the two
-    components only, fore-aft and side-to-side. A weld between stations has the cycles of the one below, with ranges that
-    make the equivalent load linear between both, which is too large where their loads are out of step.
+    components only, fore-aft and side-to-side. A weld between stations has the cycles of the one below, with ranges by
+    which the equivalent load is linear between both, which is too much where their loads are out of step.
 
     Args:
       folder: folder of the load base.
       plan: welds and standard; by default a weld of detail D in air at each station, without factors.
       turbine: with another tower section than that of the base.
+      factors: name of partial factors, in place of those of the plan.
 
     Returns:
       fatigue of each weld, and warnings, such as of missing cases.
@@ -56,7 +57,7 @@ def base_fatigue(
     turbine = turbine or aeroelastic(load_turbine(planned.campaign.turbine), "meltemi stress")
     results, known, years = read_results(planned, folder), tower_interfaces(turbine), planned.campaign.years
     plan, parts, repetitions = (
-        station_welds(known, plan),
+        station_welds(known, plan, factors),
         defaultdict[str, list[Cycles]](list),
         shared_repetitions(results),
     )

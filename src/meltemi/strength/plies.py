@@ -38,12 +38,10 @@ from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
 
-CHUNK = 2000
-"""Instants that are evaluated together."""
+WAYS = 1000
+"""Number of points whose stresses are directions in the space of loads in which instants are extreme, and of others."""
 COUNTED = 6
 """Points of a layer, those with the largest range of stress, at which its cycles are counted."""
-SLOPE = 10.0
-"""Slope of the S-N line of a material that has none: glass fibre in epoxy."""
 ROOT = (
     "root_force_flap",
     "root_force_edge",
@@ -227,7 +225,10 @@ def blade_strength(  # noqa: PLR0913 - settings by name
     unjudged: dict[str, None] = {}
     for place in sorted(set.intersection(*map(set, loads))):
         model = thin_walled(layup.section(place / turbine.blade.length))
-        states, series = ply_states(model), [each[place] for each in loads]
+        states, whole = ply_states(model), [each[place] for each in loads]
+        extreme = [extreme_instants(each, states) for each in whole]
+        at = [time[i] for time, i in zip(times, extreme, strict=True)]
+        series = [each[i] for each, i in zip(whole, extreme, strict=True)]
         index = np.zeros(len(states.ply))
         for name in dict.fromkeys(ply.name for ply in model.section.plies):
             inside = np.flatnonzero([model.section.plies[i].name == name for i in states.ply])
@@ -237,12 +238,26 @@ def blade_strength(  # noqa: PLR0913 - settings by name
             if np.isnan(np.concatenate(strengths(model.section.materials[material]))[[0, 3]]).any():
                 unjudged[f"{material}: no strengths along the fibres: its layers are not judged"] = None
             layer, index[inside] = layer_strength(
-                place, name, model, states, inside, series, times, repeated, gamma, load_factor
+                place, name, model, states, inside, whole, at, series, repeated, gamma, load_factor
             )
             layers.append(layer)
         points[place] = states.position.real, index
-        panels += panel_strength(place, model, states, series, times, load_factor * prod(gamma.stability))
+        panels += panel_strength(place, model, states, whole, times, load_factor * prod(gamma.stability))
     return BladeStrength(tuple(layers), tuple(panels), points, gamma, tuple(unjudged))
+
+
+def extreme_instants(loads: Float, states: PlyStates) -> NDArray[np.intp]:
+    """Places of the instants on the hull of loads (T, 6), found in the directions of stresses and in others.
+
+    Indices are convex functions of the loads, so that the largest one is at a corner of their hull.
+    """
+    few = states.stress.real[:: max(len(states.ply) // WAYS, 1), (0, 1, 5)].reshape(-1, 6)
+    others = np.random.default_rng(1).normal(size=(WAYS, 6)) / np.maximum(np.ptp(loads, axis=0), 1e-300)
+    found = []
+    for ways in np.array_split(np.concatenate([few, others]), 8):
+        along = loads @ ways.T
+        found += [along.argmax(axis=0), along.argmin(axis=0)]
+    return np.unique(np.concatenate(found))
 
 
 def layer_strength(  # noqa: PLR0913 - one layer of one station
@@ -251,15 +266,21 @@ def layer_strength(  # noqa: PLR0913 - one layer of one station
     model: SectionModel,
     states: PlyStates,
     inside: NDArray[np.intp],
-    series: Sequence[Float],
+    whole: Sequence[Float],
     times: Sequence[Float],
+    series: Sequence[Float],
     repeated: Float,
     gamma: BladeFactors,
     load_factor: float,
 ) -> tuple[LayerStrength, Float]:
-    """Strength of a layer, and the largest index at each of its points ``inside`` the states."""
+    """Strength of a layer, and the largest index at each of its points ``inside`` the states.
+
+    Args:
+      whole: loads (T, 6) of each result, for cycles.
+      times, series: extreme instants of each result and loads (t, 6) at them.
+    """
     label = next(ply.material for ply in model.section.plies if ply.name == name)
-    material, raised = model.section.materials[label], load_factor * prod(gamma.ultimate)
+    material = model.section.materials[label]
     by_mode = load_factor * np.array([prod(gamma.ultimate), prod(gamma.interfibre), prod(gamma.interfibre)])
     part = PlyStates(
         states.ply[inside],
@@ -270,36 +291,30 @@ def layer_strength(  # noqa: PLR0913 - one layer of one station
     )
     best, point_index, largest = (-1.0, "", 0, 0.0, 0), np.zeros(len(inside)), np.zeros(3)
     low, high = np.full(len(inside), inf), np.full(len(inside), -inf)
-    for r, loads in enumerate(series):
-        for first in range(0, len(loads), CHUNK):
-            strain, stress = part.under(loads[first : first + CHUNK])
-            parts = by_mode * stress_indices(material, stress), by_mode * strain_indices(material, strain)
-            wu = raised * np.nan_to_num(tsai_wu_index(material, stress), nan=0.0)
-            every = np.concatenate([*parts, wu[..., None]], axis=-1)
-            largest = np.maximum(largest, [parts[0].max(), parts[1].max(), wu.max()])
-            point_index = np.maximum(point_index, every.max(axis=(0, 2)))
-            t, q, kind = np.unravel_index(int(every.argmax()), every.shape)
-            if every[t, q, kind] > best[0]:
-                mode = "Tsai-Wu" if kind == 6 else f"{MODES[kind % 3]} {('stress', 'strain')[kind // 3]}"
-                best = (float(every[t, q, kind]), mode, r, float(times[r][first + t]), int(q))
-            low, high = np.minimum(low, stress[..., 0].min(axis=0)), np.maximum(high, stress[..., 0].max(axis=0))
-    damage = nan = float("nan")
-    judged = material.Xt is not None and material.Xc is not None
-    if material.Xt is not None and material.Xc is not None:
-        both = prod(gamma.ultimate), prod(gamma.fatigue)
-        damage = 0.0
-        for q in np.argsort(low - high)[:COUNTED]:
-            cycles = [rainflow_cycles(loads @ part.stress[q, 0]) for loads in series]
-            m = material.fatigue_exponent or SLOPE
-            each = (
-                n * goodman_damage(c, material.Xt, material.Xc, m, both) for n, c in zip(repeated, cycles, strict=True)
-            )
-            damage = max(damage, sum(each))
+    for r, (loads, time) in enumerate(zip(series, times, strict=True)):
+        strain, stress = part.under(loads)
+        parts = by_mode * stress_indices(material, stress), by_mode * strain_indices(material, strain)
+        wu = np.nan_to_num(tsai_wu_index(material, stress * np.insert(by_mode, 2, [1.0, 1.0, 1.0])), nan=0.0)
+        every = np.concatenate([*parts, wu[..., None]], axis=-1)
+        largest = np.maximum(largest, [parts[0].max(), parts[1].max(), wu.max()])
+        point_index = np.maximum(point_index, every.max(axis=(0, 2)))
+        t, q, kind = np.unravel_index(int(every.argmax()), every.shape)
+        if every[t, q, kind] > best[0]:
+            mode = "Tsai-Wu" if kind == 6 else f"{MODES[kind % 3]} {('stress', 'strain')[kind // 3]}"
+            best = (float(every[t, q, kind]), mode, r, float(time[t]), int(q))
+        low, high = np.minimum(low, stress[..., 0].min(axis=0)), np.maximum(high, stress[..., 0].max(axis=0))
+    damage, judged = float("nan"), material.Xt is not None and material.Xc is not None
+    if material.Xt is not None and material.Xc is not None and material.fatigue_exponent is not None:
+        both, damage = (prod(gamma.ultimate), prod(gamma.fatigue)), 0.0
+        for unit in part.stress[np.argsort(low - high)[:COUNTED], 0]:
+            cycles = (rainflow_cycles(loads @ unit) for loads in whole)
+            each = (goodman_damage(c, material.Xt, material.Xc, material.fatigue_exponent, both) for c in cycles)
+            damage = max(damage, sum(n * d for n, d in zip(repeated, each, strict=True)))
     x, y = part.position[best[4]].real
-    at, top = (float(x), float(y)), best[0] if judged else nan
+    at, top = (float(x), float(y)), best[0] if judged else float("nan")
     three = float(largest[0]), float(largest[1]), float(largest[2])
     layer = LayerStrength(place, name, label, *three, top, best[1], best[2], best[3], at, damage)
-    return layer, point_index if judged else np.full(len(inside), nan)
+    return layer, point_index if judged else np.full(len(inside), np.nan)
 
 
 def panel_strength(

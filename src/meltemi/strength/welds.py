@@ -5,7 +5,7 @@ S-N curves are those of :mod:`meltemi.postprocess.sn`, cycles those of the proje
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -209,9 +209,10 @@ def loads_between(
     return {load: (1.0 - share) * known[a][load] + share * known[b][load] for load in both}, tuple(sorted({a, b}))
 
 
-def station_welds(known: Mapping[float, object], plan: WeldPlan | None = None) -> WeldPlan:
-    """A weld of detail D at each station with loads, unless there is a plan."""
-    return plan or WeldPlan(welds=tuple(Weld(height=h, name=f"{h:g} m") for h in known))
+def station_welds(known: Iterable[float], plan: WeldPlan | None, factors: str | None) -> WeldPlan:
+    """A weld of detail D at each station with loads, unless there is a plan; with other factors, if there are any."""
+    plan = plan or WeldPlan(welds=tuple(Weld(height=h, name=f"{h:g} m") for h in known))
+    return plan if factors is None else plan.replace(factors=factors)
 
 
 def parts_of(results: Sequence[Result], shares: Sequence[float] | None, years: float) -> Float:
@@ -237,6 +238,7 @@ def weld_fatigue(
     shares: Sequence[float] | None = None,
     years: float = 20.0,
     stations: Sequence[float] | None = None,
+    factors: str | None = None,
 ) -> tuple[list[WeldFatigue], list[str]]:
     """Fatigue of tower welds over a lifetime that consists of the series of results (G-2 to G-5).
 
@@ -247,6 +249,7 @@ def weld_fatigue(
       shares: share of the lifetime of each result; equal ones by default.
       years: design lifetime [years].
       stations: see :func:`tower_loads`.
+      factors: name of partial factors, in place of those of the plan.
 
     Returns:
       fatigue of each weld, and warnings.
@@ -255,7 +258,7 @@ def weld_fatigue(
       InputError: loads are missing, a weld does not fit the tower, or shares are not those of the results.
     """
     known, repeated = [tower_loads(result, turbine, stations) for result in results], parts_of(results, shares, years)
-    plan = station_welds(dict.fromkeys(sorted(set.intersection(*map(set, known)))), plan)
+    plan = station_welds(sorted(set.intersection(*map(set, known))), plan, factors)
     angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     found, warnings = [], []
     for weld in plan.welds:
