@@ -17,7 +17,7 @@ from meltemi.loads.loadbase.coverage import read_results, shared_repetitions
 from meltemi.postprocess import sn
 from meltemi.postprocess.sn import editions, sn_curve
 from meltemi.simulation.channels import ChannelSet, catalogue
-from meltemi.strength.load_base import base_fatigue
+from meltemi.strength.load_base import base_weld_fatigue
 from meltemi.strength.tube import Tube, shear_stress, shell_stresses, tube_at
 from meltemi.strength.welds import Weld, WeldPlan, read_welds, weld_fatigue
 
@@ -209,7 +209,7 @@ def test_lifetime_of_a_load_base(tmp_path: Path) -> None:
 
     write_campaign(planned.campaign, tmp_path)
     synthetic_base(tmp_path, planned, series)
-    (base, middle, top), words = base_fatigue(tmp_path)
+    (base, middle, top), words = base_weld_fatigue(tmp_path)
     assert words == []
     results, tube, curve = read_results(planned, tmp_path), tube_at(NREL, 0.0)[0], sn_curve("D", "air")
     repeated = shared_repetitions(results)
@@ -225,7 +225,7 @@ def test_lifetime_of_a_load_base(tmp_path: Path) -> None:
     assert np.degrees(top.worst) == pytest.approx(0.0)
     # between stations: linear, here exactly
     tubes = {"diameter": 6.0, "thickness": 0.03}
-    low, between, high = base_fatigue(
+    low, between, high = base_weld_fatigue(
         tmp_path, WeldPlan(welds=tuple(Weld(height=h, **tubes) for h in (0.0, 10.95, 43.8)))
     )[0]
     assert between.loads_at == (0.0, 43.8)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from meltemi.report.palette import FAINT, GROWING, INK, curve
-from meltemi.report.plots import figure_title, new_figure, panel
+from meltemi.report.plots import figure_title, panel
 from meltemi.report.tables import Rows, number
 from meltemi.strength.plies import BladeStrength, LayerStrength
 
@@ -79,10 +79,13 @@ def panel_rows(strength: BladeStrength, names: Sequence[str]) -> Rows:
     return list(PANELS), rows
 
 
-def plot_blade(strength: BladeStrength, title: str = "") -> Figure:
+def plot_blade_strength(strength: BladeStrength, title: str = "") -> Figure:
     """Draw index and damage of layers over the span, and the index of all plies in the section of the worst station."""
-    figure, axes = new_figure(1, 3, size=(15.0, 5.4), share=False)
-    span, tired, section = axes[0]
+    from meltemi.report.figure import ShownFigure
+
+    figure = ShownFigure(figsize=(12.0, 8.0), layout="constrained")
+    axes = figure.subplot_mosaic([["span", "tired"], ["section", "section"]], height_ratios=[1.0, 0.75])
+    span, tired, section = (axes[name] for name in ("span", "tired", "section"))
     judged = [x for x in strength.layers if x.index == x.index]
     by_name: dict[str, list[LayerStrength]] = {}
     for x in judged:
@@ -114,10 +117,10 @@ def plot_blade(strength: BladeStrength, title: str = "") -> Figure:
 
         place = max(judged, key=lambda x: x.index).station
         at, index = strength.points[place]
-        order = np.argsort(np.nan_to_num(index))
+        last = np.argsort(np.nan_to_num(index))
         colours = LinearSegmentedColormap.from_list("index", ["#cfd8dd", *GROWING[1:]])
-        drawn = section.scatter(at[order, 1], at[order, 0], c=index[order], s=7.0, cmap=colours, vmin=0.0)
-        figure.colorbar(drawn, ax=section, label="index [-]", location="bottom", shrink=0.8, pad=0.08)
+        drawn = section.scatter(at[last, 1], at[last, 0], c=index[last], s=7.0, cmap=colours, vmin=0.0)
+        figure.colorbar(drawn, ax=section, label="index [-]", shrink=0.9)
         section.set_aspect("equal", adjustable="box")
         section.set_ylabel("x, to the suction side [m]")
         section.set_xlabel("y, to the trailing edge [m]")

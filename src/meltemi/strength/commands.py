@@ -52,11 +52,13 @@ def stress(
         for option, given in (("--shares", shares), ("--stations", stations), ("--layup", layup)):
             if given is not None:
                 raise InputError(f"{option}: not with a load base, which has cycles, weights and stations of its own")
-        from meltemi.strength.load_base import base_fatigue
+        from meltemi.strength.load_base import base_weld_fatigue
 
         described = _turbine(turbine) if turbine else None
         _welds(
-            *base_fatigue(results[0], plan, turbine=described, factors=factors), f"{results[0].name}: load base", out
+            *base_weld_fatigue(results[0], plan, turbine=described, factors=factors),
+            f"{results[0].name}: welds of the tower over the lifetime",
+            out,
         )
         suggest("loads", "report", results[0])
         return
@@ -91,10 +93,10 @@ def _welds(found: Sequence[WeldFatigue], warnings: Sequence[str], title: str, ou
 
 def _plies(strength: BladeStrength, names: Sequence[str], title: str, out: Path) -> None:
     from meltemi.report.tables import write_csv
-    from meltemi.strength.blade_report import layer_rows, panel_rows, plot_blade, worst_rows
+    from meltemi.strength.blade_report import layer_rows, panel_rows, plot_blade_strength, worst_rows
 
     every = layer_rows(strength, names)
-    files = write_results(out / "layers", every, plot_blade(strength, title))
+    files = write_results(out / "layers", every, plot_blade_strength(strength, title))
     files.append(write_csv(out / "panels.csv", *panel_rows(strength, names)))
     print_table(title, *worst_rows(strength, names), text_columns=1, all_rows=every)
     print("an index of 1 is failure with all partial factors; damage without factor of the loads")

@@ -32,7 +32,7 @@ def tower_interfaces(turbine: Turbine) -> dict[float, Interface]:
     return {height: named[places[height]] for height in sorted(places)}
 
 
-def base_fatigue(
+def base_weld_fatigue(
     folder: str | Path, plan: WeldPlan | None = None, *, turbine: Turbine | None = None, factors: str | None = None
 ) -> tuple[list[WeldFatigue], list[str]]:
     """Fatigue of tower welds over the lifetime of a load base, from bending alone (G-6).

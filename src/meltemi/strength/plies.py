@@ -18,7 +18,7 @@ from meltemi.core.record import Record
 from meltemi.core.shown import Brief
 from meltemi.core.yamlfile import read_mapping, validated
 from meltemi.postprocess.cycles import rainflow_cycles
-from meltemi.sections.layup import Layup
+from meltemi.sections.layup import Layup, Material
 from meltemi.sections.properties import SectionModel
 from meltemi.sections.recovery import PlyStates, ply_states
 from meltemi.sections.thin_walled import thin_walled
@@ -29,7 +29,6 @@ from meltemi.strength.criteria import (
     critical_load,
     goodman_damage,
     strain_indices,
-    strengths,
     stress_indices,
     tsai_wu_index,
 )
@@ -40,6 +39,8 @@ Float = NDArray[np.float64]
 
 WAYS = 1000
 """Number of points whose stresses are directions in the space of loads in which instants are extreme, and of others."""
+LEAST_STRAIN = 1e-5
+"""Strength over modulus below which strengths are in another unit."""
 COUNTED = 6
 """Points of a layer, those with the largest range of stress, at which its cycles are counted."""
 ROOT = (
@@ -86,7 +87,7 @@ class LayerStrength:
       mode: its criterion: fibre, across, shear or Tsai-Wu.
       result, time: place of the result, and instant [s] of the largest index.
       position: (2,) [m] where it is, in the axes of the section.
-      damage: of fatigue along the fibres over the lifetime; NaN without strengths.
+      damage: of fatigue along the fibres over the lifetime; NaN without strengths or slope of the S-N line.
     """
 
     station: float
@@ -208,7 +209,8 @@ def blade_strength(  # noqa: PLR0913 - settings by name
       factors: name of partial factors of materials.
       load_factor: partial factor of the loads for strength and buckling; fatigue has 1.
       blade: number of the blade.
-      shares, years: shares of the results in the lifetime [years], for fatigue; equal ones by default.
+      shares: shares of the results in the lifetime, for fatigue; equal ones by default.
+      years: design lifetime [years].
       stations: see :func:`blade_loads`.
 
     Raises:
@@ -235,8 +237,8 @@ def blade_strength(  # noqa: PLR0913 - settings by name
             if not len(inside):
                 continue
             material = next(ply.material for ply in model.section.plies if ply.name == name)
-            if np.isnan(np.concatenate(strengths(model.section.materials[material]))[[0, 3]]).any():
-                unjudged[f"{material}: no strengths along the fibres: its layers are not judged"] = None
+            if words := unjudged_words(material, model.section.materials[material]):
+                unjudged[words] = None
             layer, index[inside] = layer_strength(
                 place, name, model, states, inside, whole, at, series, repeated, gamma, load_factor
             )
@@ -244,6 +246,16 @@ def blade_strength(  # noqa: PLR0913 - settings by name
         points[place] = states.position.real, index
         panels += panel_strength(place, model, states, whole, times, load_factor * prod(gamma.stability))
     return BladeStrength(tuple(layers), tuple(panels), points, gamma, tuple(unjudged))
+
+
+def unjudged_words(name: str, material: Material) -> str:
+    """Why a material cannot be judged; empty if it can."""
+    xt, xc = material.Xt, material.Xc
+    if xt is None or xc is None:
+        return f"{name}: no strengths along the fibres: its layers are not judged"
+    if min(xt, xc) < LEAST_STRAIN * material.E1:
+        return f"{name}: strengths of {xt:g} and {xc:g} Pa, are they in MPa? Its layers are not judged"
+    return ""
 
 
 def extreme_instants(loads: Float, states: PlyStates) -> NDArray[np.intp]:
@@ -303,13 +315,13 @@ def layer_strength(  # noqa: PLR0913 - one layer of one station
             mode = "Tsai-Wu" if kind == 6 else f"{MODES[kind % 3]} {('stress', 'strain')[kind // 3]}"
             best = (float(every[t, q, kind]), mode, r, float(time[t]), int(q))
         low, high = np.minimum(low, stress[..., 0].min(axis=0)), np.maximum(high, stress[..., 0].max(axis=0))
-    damage, judged = float("nan"), material.Xt is not None and material.Xc is not None
-    if material.Xt is not None and material.Xc is not None and material.fatigue_exponent is not None:
+    damage, judged = float("nan"), not unjudged_words(label, material)
+    if judged and material.Xt and material.Xc and material.fatigue_exponent:
         both, damage = (prod(gamma.ultimate), prod(gamma.fatigue)), 0.0
         for unit in part.stress[np.argsort(low - high)[:COUNTED], 0]:
             cycles = (rainflow_cycles(loads @ unit) for loads in whole)
             each = (goodman_damage(c, material.Xt, material.Xc, material.fatigue_exponent, both) for c in cycles)
-            damage = max(damage, sum(n * d for n, d in zip(repeated, each, strict=True)))
+            damage = max(damage, float(sum(n * d for n, d in zip(repeated, each, strict=True))))
     x, y = part.position[best[4]].real
     at, top = (float(x), float(y)), best[0] if judged else float("nan")
     three = float(largest[0]), float(largest[1]), float(largest[2])

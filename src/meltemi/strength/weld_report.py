@@ -22,6 +22,8 @@ MOST = 6
 SHORT = ("weld", "category", "wall [mm]", "direction [deg]", "DEL 1 Hz [MPa]", "damage", "life [years]", "utilisation")
 LEAST = 1e-12
 """Least damage that is drawn."""
+BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
+"""Behind names."""
 HEAD = (
     "weld,category,height [m],diameter [m],wall [mm],direction [deg],DEL 1 Hz [MPa],shear [MPa],damage,life [years],"
     "utilisation,loads at [m]"
@@ -65,8 +67,8 @@ def plot_welds(welds: Sequence[WeldFatigue], title: str = "") -> Figure:
     for j, w in enumerate(worst):
         look = {"marker": "o", "color": FAINT} if j >= MOST else curve(j) | {"markersize": 3.5}
         at = (max(w.utilisation, LEAST), w.weld.height)
-        tall.plot(*([x] for x in at), **look | {"markersize": 5.0, "linestyle": ""})
-        note(tall, f"{name_of(w)}: {w.weld.category}", at, (6, -2), color=look["color"])
+        tall.plot(*([x] for x in at), **look | {"markersize": 5.0, "linestyle": "", "zorder": 4})
+        note(tall, f"{name_of(w)}: {w.weld.category}", at, (7, -2), color=look["color"], bbox=BOX, zorder=2)
         if j < MOST:
             x = np.degrees(np.append(w.angles, w.angles[0] + 2.0 * np.pi))
             around.semilogy(x, np.maximum(np.append(w.damage, w.damage[0]), LEAST), **look)
@@ -76,6 +78,8 @@ def plot_welds(welds: Sequence[WeldFatigue], title: str = "") -> Figure:
     tall.axvline(1.0, color=INK, linewidth=0.8, linestyle="--")
     panel(tall, "utilisation", "m above the tower base", "damage of the lifetime with all factors [-]")
     panel(around, "damage round the shell", "-", "place, from downwind (0) to the left (90) [deg]")
+    top = max(float(worst[0].damage.max()), 10.0 * LEAST)
+    around.set_ylim(1e-5 * top, 2.0 * top)
     around.set_xticks(range(0, 361, 60))
     _draw_cycles(cycles, worst[0])
     if title:
