@@ -1,5 +1,7 @@
 """Failure of plies and buckling of panels: closed forms (G-10 to G-18).
 
+Reference: docs/theory/strength.md.
+
 Indices are proportional to the loads: failure is at 1, and the margin of safety is 1/index - 1.
 """
 

@@ -1,4 +1,7 @@
-"""Fatigue of tower welds over the lifetime of a load base, from the cycles that its cases keep (G-6)."""
+"""Fatigue of tower welds over the lifetime of a load base, from the cycles that its cases keep (G-6).
+
+Reference: docs/theory/strength.md.
+"""
 
 from __future__ import annotations
 

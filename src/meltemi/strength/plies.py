@@ -1,4 +1,7 @@
-"""Strength of a blade's plies and spar caps under the section loads of results (G-7 to G-18)."""
+"""Strength of a blade's plies and spar caps under the section loads of results (G-7 to G-18).
+
+Reference: docs/theory/strength.md.
+"""
 
 from __future__ import annotations
 

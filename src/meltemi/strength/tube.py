@@ -1,4 +1,7 @@
-"""Tubular towers: diameter and wall from a turbine's description, and nominal stresses of the shell (G-1 to G-3)."""
+"""Tubular towers: diameter and wall from a turbine's description, and nominal stresses of the shell (G-1 to G-3).
+
+Reference: docs/theory/strength.md.
+"""
 
 from __future__ import annotations
 

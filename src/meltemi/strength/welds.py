@@ -1,5 +1,7 @@
 """Fatigue of the welds of a tubular tower: nominal stress, detail category, damage and life (G-2 to G-5).
 
+Reference: docs/theory/strength.md.
+
 S-N curves are those of :mod:`meltemi.postprocess.sn`, cycles those of the project's rainflow counting.
 """
 
