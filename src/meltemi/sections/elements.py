@@ -59,7 +59,7 @@ def mesh_of(section: Section, pieces: int = PIECES) -> Mesh:
       InputError: walls or webs overlap; the message names the section.
     """
     shell = Shell(section)
-    feet = [_feet(shell, w) for w in range(len(section.webs))]
+    feet = [_feet(shell, w, 1.0 / pieces) for w in range(len(section.webs))]
     taken = [(f.real.min(), f.real.max()) for pair in feet for f in pair]
     for i, (a, b) in enumerate(taken):
         if any(a < d and c < b for c, d in taken[:i]):
@@ -84,18 +84,14 @@ def _faces(shell: Shell, w: int) -> tuple[Numbers, Numbers, Numbers]:
     return np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t), a, np.array([along[1], -along[0]])
 
 
-def _feet(shell: Shell, w: int) -> tuple[Numbers, Numbers]:
+def _feet(shell: Shell, w: int, spacing: float) -> tuple[Numbers, Numbers]:
     """Arcs at which the faces of a web's plies meet the shell, on both sides."""
     section = shell.section
     web = section.webs[w]
     faces, a, normal = _faces(shell, w)
 
     def off(s: Numbers) -> Numbers:
-        step = 0.5 * (faces[-1] - faces[0]).real / shell.length
-        behind, before = at_arc(shell.contour, s.real - step), at_arc(shell.contour, s.real + step)
-        tangent = (before - behind).real
-        tangent /= np.hypot(*tangent.T)[:, None]
-        inner = at_arc(shell.contour, s) + shell.total(s.real)[:, None] * np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+        inner = at_arc(shell.contour, s) + shell.total(s.real)[:, None] * shell.normal(s.real, spacing)
         return (inner - a) @ normal - faces
 
     arcs = []

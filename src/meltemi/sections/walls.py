@@ -91,6 +91,15 @@ class Shell:
         found = self.arc[1:][turn > CORNER]
         return found[found < 1.0]
 
+    def normal(self, s: Float, spacing: float) -> Float:
+        """(len(s), 2) direction inwards at arcs that are no corners, of the contour's slope over part of the spacing."""
+        marks = np.concatenate([self.corners - 1.0, self.corners, self.corners + 1.0])
+        clear = np.min(np.abs(s[:, None] - marks), axis=1) if len(marks) else np.ones(len(s))
+        half = np.clip(0.99 * clear, 1e-6, 0.3 * spacing)
+        t = at_arc(self.contour, (s + half) % 1.0) - at_arc(self.contour, (s - half) % 1.0)
+        t /= np.hypot(*t.T)[:, None]
+        return np.stack([t[:, 1], -t[:, 0]], axis=1)
+
     @cached_property
     def slots(self) -> NDArray[np.intp]:
         """(plies,) place of each ply in the stack; plies that nowhere overlap share one."""
@@ -161,7 +170,7 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
     edge = shell.edge
     ends = np.unique(np.concatenate([shell.start, shell.end]))
     step = RAMP * spacing
-    jumps = np.array([e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step])).real)[0]) > THINNEST])
+    jumps = np.array([e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step]) % 1.0).real)[0]) > THINNEST])
     if ramps:
         ends = np.concatenate([ends, jumps - step, jumps + step])
     low, high = (0.0, 1.0) if edge is None else (float(edge.suction[0]), float(edge.pressure[0]))
@@ -185,7 +194,7 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
     complex_of = {v.real: v for f in wanted for v in f.tolist()}
     essential = np.concatenate([foot, [low, high], *([] if edge is None else mirrored)])
     for _ in range(len(s)):
-        columns = _columns(shell, np.array([complex_of.get(v, v) for v in s.tolist()]))
+        columns = _columns(shell, np.array([complex_of.get(v, v) for v in s.tolist()]), spacing)
         crowded = _crowded(shell, columns)
         drop = [j for j in crowded if not np.any(np.abs(essential - s[j]) < 1e-12)]
         if not drop:
@@ -211,7 +220,7 @@ def _spaced(points: Float, spacing: float, whole: Sequence[Float] = ()) -> Float
     return np.sort(np.concatenate(pieces))
 
 
-def _columns(shell: Shell, s: Numbers) -> Columns:
+def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
     outer = at_arc(shell.contour, s)
     closed = shell.edge is None
     t = np.diff(outer.real, axis=0)
@@ -226,6 +235,12 @@ def _columns(shell: Shell, s: Numbers) -> Columns:
     b = np.where(some[behind], behind, before)
     inward = normal[a] + normal[b]
     inward /= np.maximum(np.sum(inward * normal[a], axis=1), 0.2)[:, None]  # the mitre of a corner
+    real = s.real
+    smooth = np.array([not np.any(np.abs(real_j - shell.corners) < 1e-9) for real_j in real % 1.0])
+    smooth &= some[before] & some[behind]
+    if not closed:
+        smooth[[0, -1]] = False
+    inward[smooth] = shell.normal(real[smooth], spacing)
     room = np.full(len(s), np.inf)
     bonded: list[tuple[int, int]] = []
     if (edge := shell.edge) is not None:
@@ -262,10 +277,8 @@ def depths(shell: Shell, columns: Columns) -> Numbers:
     depth = np.concatenate([np.zeros((len(depth), 1)), depth], axis=1)
     bonded = {i for pair in columns.bonded for i in pair}
     for j in range(len(depth)):
-        over = depth[j].real > columns.room[j]
+        over = depth[j].real > (min(columns.room[j], depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j])
         depth[j][over] = columns.room[j]
-        if j in bonded:
-            depth[j, -1] = columns.room[j]
     return depth
 
 
@@ -276,11 +289,6 @@ def _crowded(shell: Shell, columns: Columns) -> list[int]:
     t = np.diff(columns.outer.real, axis=0)
     ratio = np.sum(np.diff(inner, axis=0) * t, axis=1) / np.sum(t * t, axis=1)
     bad = np.flatnonzero((ratio < CROWDED) & columns.present.any(axis=1))
-    order = bad[np.argsort(ratio[bad])]
-    n = len(t)
-    corner = {float(c) for c in shell.corners}
-    nodes: list[int] = []
-    for c in order:
-        two = [j for j in (int(c), int(c) + 1) if 0 < j < n]
-        nodes += sorted(two, key=lambda j: min((abs(columns.s[j].real - k) for k in corner), default=1.0), reverse=True)
-    return [j for j in nodes if all(abs(columns.s[j].real - k) > 1e-9 for k in corner)]
+    nodes = [j for c in bad[np.argsort(ratio[bad])] for j in (int(c), int(c) + 1) if 0 < j < len(t)]
+    corner = {j for j in nodes if np.any(np.abs(columns.s[j].real - shell.corners) < 1e-9)}
+    return sorted(dict.fromkeys(nodes), key=lambda j: j in corner)  # two corners close together become one
