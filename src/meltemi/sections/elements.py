@@ -65,7 +65,7 @@ def mesh_of(section: Section, pieces: int = PIECES) -> Mesh:
         if any(a < d and c < b for c, d in taken[:i]):
             raise InputError(f"{section.name}: webs {_names(section)} overlap where they meet the shell")
     columns = columns_of(shell, 1.0 / pieces, [f for pair in feet for f in pair], ramps=True)
-    grid = _Grid(shell, columns)
+    grid = _Grid(shell, columns, 1.0 / pieces)
     for w, pair in enumerate(feet):
         grid.add_web(w, pair, pieces)
     return grid.mesh()
@@ -106,8 +106,8 @@ def _feet(shell: Shell, w: int, spacing: float) -> tuple[Numbers, Numbers]:
 class _Grid:
     """Nodes and elements while they are made; the node of a place is known by a key."""
 
-    def __init__(self, shell: Shell, columns: Columns) -> None:
-        self.shell, self.columns, self.section = shell, columns, shell.section
+    def __init__(self, shell: Shell, columns: Columns, spacing: float) -> None:
+        self.shell, self.columns, self.section, self.spacing = shell, columns, shell.section, spacing
         self.depth = depths(shell, columns)
         self.points: list[Numbers] = []
         self.known: dict[tuple[Any, ...], int] = {}
@@ -161,10 +161,15 @@ class _Grid:
         while k > 0 and not (self.thick[a, k - 1] or self.thick[b, k - 1]):
             k -= 1
         one, two = self.corner(a, k), self.corner(b, k)
-        point = 0.5 * (self.points[one] + self.points[two])
-        if not (a in self.bonded and b in self.bonded):  # on the curved contour
-            s, outer = self.columns.s, self.columns.outer
-            point = point + at_arc(self.shell.contour, 0.5 * (s[c] + s[c + 1]))[0] - 0.5 * (outer[c] + outer[c + 1])
+        s, outer = self.columns.s, self.columns.outer
+        curved = at_arc(self.shell.contour, 0.5 * (s[c] + s[c + 1]))[0]
+        if self.columns.smooth[c] and self.columns.smooth[c + 1]:
+            normal = self.shell.normal(0.5 * (s[c : c + 1] + s[c + 1 : c + 2]).real, self.spacing)[0]
+            point = curved + 0.5 * (self.depth[a, k] + self.depth[b, k]) * normal
+        else:
+            point = 0.5 * (self.points[one] + self.points[two])
+            if not (a in self.bonded and b in self.bonded):
+                point = point + curved - 0.5 * (outer[c] + outer[c + 1])
         return self._node(("middle", min(one, two), max(one, two)), point)
 
     def _column(self, c: int) -> None:

@@ -147,6 +147,7 @@ class Columns:
       inward: (J + 1, 2) displacement of a node inwards for each metre of depth.
       room: (J + 1,) [m] greatest depth.
       present: (J, plies) plies of the columns.
+      smooth: (J + 1,) whether ``inward`` is across a smooth contour: not at corners, nor where both sides meet.
       closed: whether the last node is the first.
       bonded: nodes whose inner ends are one: pairs.
     """
@@ -156,6 +157,7 @@ class Columns:
     inward: Numbers
     room: Numbers
     present: NDArray[np.bool_]
+    smooth: NDArray[np.bool_]
     closed: bool
     bonded: tuple[tuple[int, int], ...]
 
@@ -256,10 +258,11 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
             share = thick[0] * tilt[0] + thick[1] * tilt[1]
             for i, inner, depth in ((j, -1.0, 0), (k, 1.0, 1)):
                 inward[i] = inner * tilt[depth], 0.0
+                smooth[i] = False
                 room[i] = gap.real * thick[depth].real / share.real
             if share.real >= 0.999 * gap.real:
                 bonded.append((j, k))
-    return Columns(s, outer, inward, room, present, closed, tuple(bonded))
+    return Columns(s, outer, inward, room, present, smooth, closed, tuple(bonded))
 
 
 def depths(shell: Shell, columns: Columns) -> Numbers:
@@ -290,5 +293,7 @@ def _crowded(shell: Shell, columns: Columns) -> list[int]:
     ratio = np.sum(np.diff(inner, axis=0) * t, axis=1) / np.sum(t * t, axis=1)
     bad = np.flatnonzero((ratio < CROWDED) & columns.present.any(axis=1))
     nodes = [j for c in bad[np.argsort(ratio[bad])] for j in (int(c), int(c) + 1) if 0 < j < len(t)]
-    corner = {j for j in nodes if np.any(np.abs(columns.s[j].real - shell.corners) < 1e-9)}
-    return sorted(dict.fromkeys(nodes), key=lambda j: j in corner)  # two corners close together become one
+    corners = [j for j in range(len(columns.s)) if np.any(np.abs(columns.s[j].real - shell.corners) < 1e-9)]
+    close = [j for j in corners if any(0.0 < np.hypot(*(columns.outer[j] - columns.outer[i]).real) < depth[j] for i in corners)]
+    # two corners close together become one, others stay
+    return sorted((j for j in dict.fromkeys(nodes) if j in close or j not in corners), key=lambda j: j in close)
