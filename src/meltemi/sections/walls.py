@@ -24,6 +24,8 @@ CORNER = np.radians(25.0)
 """Change of direction of a contour beyond which it has a corner."""
 WEDGE = 0.5
 """Slope of a side against the chord below which it may meet the other one at the trailing edge."""
+BOND = 1.2
+"""Room between the sides, over the thickness of both walls, below which they are bonded."""
 RAMP = 0.1
 """Half the length over which a ply's thickness goes to zero where it ends, over the spacing of nodes."""
 CROWDED = 0.3
@@ -127,13 +129,11 @@ class Shell:
             t.append(self.total(s[-1]).real * np.hypot(1.0, slope[-1]))
         gap = x[0] - x[1]
         wedge = (np.abs(slope[0]) < WEDGE) & (np.abs(slope[1]) < WEDGE) & (t[0] > 0.0) & (t[1] > 0.0)
-        meet = wedge & (gap < t[0] + t[1])
+        meet = wedge & (gap < BOND * (t[0] + t[1]))
         if not meet.any():
             return None
         first, last = int(np.argmax(wedge)), int(np.flatnonzero(meet)[-1])
-        if last - first < 2:
-            return None
-        part = slice(first, last + 1)
+        part = slice(first, max(last, first + 2) + 1)
         return Edge(y[part], s[0][part], s[1][part], gap[part])
 
 
@@ -183,7 +183,7 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
         y = np.concatenate(
             [np.interp(inside, edge.suction, edge.y), np.interp(behind, edge.pressure[::-1], edge.y[::-1])]
         )
-        y = _spaced(np.clip(y, edge.y[-1], edge.y[0]), spacing * shell.length)
+        y = _spaced(np.clip(y, edge.y[-1], edge.y[0]), 0.85 * spacing * shell.length)  # sides are longer than y
         mirrored = [np.interp(y, edge.y[::-1], side[::-1]) for side in (edge.suction, edge.pressure)]
         fixed = fixed[(fixed > edge.suction[-1]) & (fixed < edge.pressure[-1])]
         fixed = np.concatenate([fixed, *mirrored])
@@ -260,7 +260,7 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
                 inward[i] = inner * tilt[depth], 0.0
                 smooth[i] = False
                 room[i] = gap.real * thick[depth].real / share.real
-            if share.real >= 0.999 * gap.real:
+            if BOND * share.real >= 0.999 * gap.real:
                 bonded.append((j, k))
     return Columns(s, outer, inward, room, present, smooth, closed, tuple(bonded))
 
