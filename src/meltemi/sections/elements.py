@@ -24,6 +24,7 @@ Ints = NDArray[np.intp]
 
 PIECES = 120
 """Elements round the contour, at least."""
+SPACINGS = (1.0, 1.3, 0.8, 1.7)
 THINNEST = 1e-7
 """[m] thinner elements are left out."""
 POINTS = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])
@@ -58,6 +59,20 @@ def mesh_of(section: Section, pieces: int = PIECES) -> Mesh:
     Raises:
       InputError: walls or webs overlap; the message names the section.
     """
+    for factor in SPACINGS:  # where a wall folds at a corner of the contour, other nodes may not
+        mesh = _mesh(section, round(factor * pieces))
+        area = np.min([operators(mesh, a, b)[3].real for a in POINTS for b in POINTS], axis=0)
+        if np.all(area > 0.0):
+            return mesh
+    worst = int(np.argmin(area))
+    x, y = np.mean(mesh.nodes[mesh.elements[worst]].real, axis=0)
+    raise InputError(
+        f"{section.name}: the wall is too thick for its curvature at x {x:.3g} m, y {y:.3g} m "
+        f"({section.plies[mesh.ply[worst]].name}); the thin-walled model has no such limit"
+    )
+
+
+def _mesh(section: Section, pieces: int) -> Mesh:
     shell = Shell(section)
     feet = [_feet(shell, w, 1.0 / pieces) for w in range(len(section.webs))]
     taken = [(f.real.min(), f.real.max()) for pair in feet for f in pair]
@@ -168,8 +183,10 @@ class _Grid:
             point = curved + 0.5 * (self.depth[a, k] + self.depth[b, k]) * normal
         else:
             point = 0.5 * (self.points[one] + self.points[two])
-            if not (a in self.bonded and b in self.bonded):
-                point = point + curved - 0.5 * (outer[c] + outer[c + 1])
+            sag = curved - 0.5 * (outer[c] + outer[c + 1])
+            bowed = np.hypot(*sag.real) > 0.05 * np.hypot(*(outer[c + 1] - outer[c]).real)  # a corner left out
+            if not bowed and not (a in self.bonded and b in self.bonded):
+                point = point + sag
         return self._node(("middle", min(one, two), max(one, two)), point)
 
     def _column(self, c: int) -> None:
@@ -314,7 +331,7 @@ def operators(mesh: Mesh, a: float, b: float) -> tuple[Numbers, Numbers, Numbers
     return SZ, B, SN, area, point
 
 
-def finite_elements(section: Section, pieces: int = PIECES) -> SectionModel:
+def finite_element_section(section: Section, pieces: int = PIECES) -> SectionModel:
     """Stiffness and mass of a section by two-dimensional finite elements with warping.
 
     Args:
@@ -341,12 +358,6 @@ def finite_elements(section: Section, pieces: int = PIECES) -> SectionModel:
     for a, wa in zip(POINTS, WEIGHTS, strict=True):
         for b, wb in zip(POINTS, WEIGHTS, strict=True):
             SZ, B, SN, area, (x, y) = (*(o := operators(mesh, a, b))[:4], o[4].T)
-            if np.any(area.real <= 0.0):
-                worst = int(np.argmin(area.real))
-                raise InputError(
-                    f"{section.name}: the wall is too thick for its curvature at x {x[worst].real:.3g} m, "
-                    f"y {y[worst].real:.3g} m ({section.plies[mesh.ply[worst]].name}): the thin-walled model has no such limit"
-                )
             dA = wa * wb * area
             Bt, St = B.transpose(0, 2, 1) * dA[:, None, None], SN.transpose(0, 2, 1) * dA[:, None, None]
             QB, QS, QZ = Q @ B, Q @ SN, Q @ SZ

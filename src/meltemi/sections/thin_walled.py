@@ -127,7 +127,7 @@ def check_web(section: Section, web: int) -> list[Ply]:
     return plies
 
 
-def thin_walled(section: Section, pieces: int = PIECES) -> SectionModel:
+def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
     """Stiffness and mass of a section as thin walls.
 
     Args:
