@@ -24,6 +24,7 @@ Ints = NDArray[np.intp]
 
 PIECES = 120
 """Elements round the contour, at least."""
+SPACINGS = (1.0, 1.3, 0.8, 1.7)
 THINNEST = 1e-7
 """[m] thinner elements are left out."""
 POINTS = np.sqrt(0.6) * np.array([-1.0, 0.0, 1.0])
@@ -58,14 +59,28 @@ def mesh_of(section: Section, pieces: int = PIECES) -> Mesh:
     Raises:
       InputError: walls or webs overlap; the message names the section.
     """
+    for factor in SPACINGS:  # where a wall folds at a corner of the contour, other nodes may not
+        mesh = _mesh(section, round(factor * pieces))
+        area = np.min([operators(mesh, a, b)[3].real for a in POINTS for b in POINTS], axis=0)
+        if np.all(area > 0.0):
+            return mesh
+    worst = int(np.argmin(area))
+    x, y = np.mean(mesh.nodes[mesh.elements[worst]].real, axis=0)
+    raise InputError(
+        f"{section.name}: the wall is too thick for its curvature at x {x:.3g} m, y {y:.3g} m "
+        f"({section.plies[mesh.ply[worst]].name}); the thin-walled model has no such limit"
+    )
+
+
+def _mesh(section: Section, pieces: int) -> Mesh:
     shell = Shell(section)
-    feet = [_feet(shell, w) for w in range(len(section.webs))]
+    feet = [_feet(shell, w, 1.0 / pieces) for w in range(len(section.webs))]
     taken = [(f.real.min(), f.real.max()) for pair in feet for f in pair]
     for i, (a, b) in enumerate(taken):
         if any(a < d and c < b for c, d in taken[:i]):
             raise InputError(f"{section.name}: webs {_names(section)} overlap where they meet the shell")
     columns = columns_of(shell, 1.0 / pieces, [f for pair in feet for f in pair], ramps=True)
-    grid = _Grid(shell, columns)
+    grid = _Grid(shell, columns, 1.0 / pieces)
     for w, pair in enumerate(feet):
         grid.add_web(w, pair, pieces)
     return grid.mesh()
@@ -84,18 +99,14 @@ def _faces(shell: Shell, w: int) -> tuple[Numbers, Numbers, Numbers]:
     return np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t), a, np.array([along[1], -along[0]])
 
 
-def _feet(shell: Shell, w: int) -> tuple[Numbers, Numbers]:
+def _feet(shell: Shell, w: int, spacing: float) -> tuple[Numbers, Numbers]:
     """Arcs at which the faces of a web's plies meet the shell, on both sides."""
     section = shell.section
     web = section.webs[w]
     faces, a, normal = _faces(shell, w)
 
     def off(s: Numbers) -> Numbers:
-        step = 0.5 * (faces[-1] - faces[0]).real / shell.length
-        behind, before = at_arc(shell.contour, s.real - step), at_arc(shell.contour, s.real + step)
-        tangent = (before - behind).real
-        tangent /= np.hypot(*tangent.T)[:, None]
-        inner = at_arc(shell.contour, s) + shell.total(s.real)[:, None] * np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+        inner = at_arc(shell.contour, s) + shell.total(s.real)[:, None] * shell.normal(s.real, spacing)
         return (inner - a) @ normal - faces
 
     arcs = []
@@ -110,8 +121,8 @@ def _feet(shell: Shell, w: int) -> tuple[Numbers, Numbers]:
 class _Grid:
     """Nodes and elements while they are made; the node of a place is known by a key."""
 
-    def __init__(self, shell: Shell, columns: Columns) -> None:
-        self.shell, self.columns, self.section = shell, columns, shell.section
+    def __init__(self, shell: Shell, columns: Columns, spacing: float) -> None:
+        self.shell, self.columns, self.section, self.spacing = shell, columns, shell.section, spacing
         self.depth = depths(shell, columns)
         self.points: list[Numbers] = []
         self.known: dict[tuple[Any, ...], int] = {}
@@ -165,10 +176,17 @@ class _Grid:
         while k > 0 and not (self.thick[a, k - 1] or self.thick[b, k - 1]):
             k -= 1
         one, two = self.corner(a, k), self.corner(b, k)
-        point = 0.5 * (self.points[one] + self.points[two])
-        if not (a in self.bonded and b in self.bonded):  # on the curved contour
-            s, outer = self.columns.s, self.columns.outer
-            point = point + at_arc(self.shell.contour, 0.5 * (s[c] + s[c + 1]))[0] - 0.5 * (outer[c] + outer[c + 1])
+        s, outer = self.columns.s, self.columns.outer
+        curved = at_arc(self.shell.contour, 0.5 * (s[c] + s[c + 1]))[0]
+        if self.columns.smooth[c] and self.columns.smooth[c + 1]:
+            normal = self.shell.normal(0.5 * (s[c : c + 1] + s[c + 1 : c + 2]).real, self.spacing)[0]
+            point = curved + 0.5 * (self.depth[a, k] + self.depth[b, k]) * normal
+        else:
+            point = 0.5 * (self.points[one] + self.points[two])
+            sag = curved - 0.5 * (outer[c] + outer[c + 1])
+            bowed = np.hypot(*sag.real) > 0.05 * np.hypot(*(outer[c + 1] - outer[c]).real)  # a corner left out
+            if not bowed and not (a in self.bonded and b in self.bonded):
+                point = point + sag
         return self._node(("middle", min(one, two), max(one, two)), point)
 
     def _column(self, c: int) -> None:
@@ -313,7 +331,7 @@ def operators(mesh: Mesh, a: float, b: float) -> tuple[Numbers, Numbers, Numbers
     return SZ, B, SN, area, point
 
 
-def finite_elements(section: Section, pieces: int = PIECES) -> SectionModel:
+def finite_element_section(section: Section, pieces: int = PIECES) -> SectionModel:
     """Stiffness and mass of a section by two-dimensional finite elements with warping.
 
     Args:
@@ -340,12 +358,6 @@ def finite_elements(section: Section, pieces: int = PIECES) -> SectionModel:
     for a, wa in zip(POINTS, WEIGHTS, strict=True):
         for b, wb in zip(POINTS, WEIGHTS, strict=True):
             SZ, B, SN, area, (x, y) = (*(o := operators(mesh, a, b))[:4], o[4].T)
-            if np.any(area.real <= 0.0):
-                worst = int(np.argmin(area.real))
-                raise InputError(
-                    f"{section.name}: the wall is too thick for its curvature at x {x[worst].real:.3g} m, "
-                    f"y {y[worst].real:.3g} m ({section.plies[mesh.ply[worst]].name}): the thin-walled model has no such limit"
-                )
             dA = wa * wb * area
             Bt, St = B.transpose(0, 2, 1) * dA[:, None, None], SN.transpose(0, 2, 1) * dA[:, None, None]
             QB, QS, QZ = Q @ B, Q @ SN, Q @ SZ

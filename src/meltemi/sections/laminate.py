@@ -6,7 +6,7 @@ zz, ss, zs; depth is measured along n from the middle of the wall.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from meltemi.sections.layup import Material, Ply
 
 Numbers = NDArray[Any]
-FREE, HELD = [1, 4], [0, 2, 3, 5]
-"""Membrane and bending strains across the blade, which carry no force or moment, and the others."""
+HELD = [0, 2, 3, 5]
+"""Membrane and bending strains zz and zs."""
 
 
 def rotation(angle: float) -> NDArray[np.float64]:
@@ -32,7 +32,7 @@ class Laminate:
 
     Attributes:
       ABD: (6, 6) forces per width zz, ss, zs [N] and moments [N m] from strains and curvatures.
-      wall: (4, 4) N_zz, N_zs, M_zz, M_zs from their strains where N_ss = M_ss = 0 (S-3).
+      wall: (4, 4) N_zz, N_zs, M_zz, M_zs from their strains (S-3).
       across: (2, 4) strain and curvature ss that follow.
       faces: (plies + 1,) [m] depths of the faces of the plies.
       mass: (3,) density times 1, depth, depth squared.
@@ -45,8 +45,13 @@ class Laminate:
     mass: Numbers
 
 
-def laminate(plies: Sequence[tuple[Ply, complex]], materials: dict[str, Material] | Any) -> Laminate:
-    """Laminate of plies with their thickness [m], from the outside to the inside."""
+def laminate(plies: Sequence[tuple[Ply, complex]], materials: Mapping[str, Material], *, closed: bool, curvature: float = 0.0) -> Laminate:
+    """Laminate of plies with their thickness [m], from the outside to the inside.
+
+    Args:
+      curvature: [1/m] of the wall towards n: plies are shorter there.
+      closed: the wall is part of a closed cell and keeps its curvature across the blade; otherwise M_ss = 0. N_ss = 0 in both.
+    """
     t = np.array([thickness for _, thickness in plies])
     faces = np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t)
     ABD = np.zeros((6, 6), dtype=faces.dtype)
@@ -54,9 +59,12 @@ def laminate(plies: Sequence[tuple[Ply, complex]], materials: dict[str, Material
     for (ply, _), low, high in zip(plies, faces[:-1], faces[1:], strict=True):
         material, T = materials[ply.material], rotation(ply.angle)
         Q = T.T @ material.plane @ T
-        m0, m1, m2 = high - low, (high**2 - low**2) / 2.0, (high**3 - low**3) / 3.0
+        powers = [(high**k - low**k) / k for k in (1, 2, 3, 4)]
+        m0, m1, m2 = (a - curvature * b for a, b in zip(powers, powers[1:], strict=False))
         ABD += np.block([[m0 * Q, m1 * Q], [m1 * Q, m2 * Q]])
         mass += material.density * np.array([m0, m1, m2])
-    across = -np.linalg.solve(ABD[np.ix_(FREE, FREE)], ABD[np.ix_(FREE, HELD)])
-    wall = ABD[np.ix_(HELD, HELD)] + ABD[np.ix_(HELD, FREE)] @ across
+    free = [1] if closed else [1, 4]
+    found = -np.linalg.solve(ABD[np.ix_(free, free)], ABD[np.ix_(free, HELD)])
+    wall = ABD[np.ix_(HELD, HELD)] + ABD[np.ix_(HELD, free)] @ found
+    across = np.concatenate([found, np.zeros((2 - len(free), 4))])
     return Laminate(ABD, wall, across, faces, mass)

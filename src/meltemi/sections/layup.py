@@ -22,8 +22,9 @@ from meltemi.core.record import Array, Record, Vector
 
 Numbers = NDArray[Any]
 """Floats, or complex numbers whose imaginary part carries a derivative."""
-POINTS = 401
-"""Points of a blended contour."""
+EDGE = np.linspace(0.0, 0.03, 121)
+ARCS = np.unique(np.concatenate([EDGE, np.linspace(0.0, 1.0, 401), 1.0 - EDGE]))
+"""Arcs of the points of a blended contour, dense about the corners of trailing edges."""
 
 
 class Curve(Record):
@@ -182,13 +183,13 @@ class Shape(Record):
 
     @cached_property
     def even(self) -> NDArray[np.float64]:
-        """(POINTS, 2) the contour from the middle of the trailing edge, at equal steps of arc."""
+        """(len(ARCS), 2) the contour from the middle of the trailing edge, at arcs ``ARCS``."""
         c = self.coordinates
         middle = 0.5 * (c[:1] + c[-1:])
         c = np.concatenate([middle, c, middle])
         length = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(c, axis=0).T))])
         keep = np.concatenate([[True], np.diff(length) > 1e-9])
-        s = np.linspace(0.0, length[-1], POINTS)
+        s = ARCS * length[-1]
         return np.stack([np.interp(s, length[keep], column[keep]) for column in c.T], axis=1)
 
 
@@ -225,7 +226,7 @@ class Layup(Record):
         return self
 
     def contour(self, station: float) -> NDArray[np.float64]:
-        """(P, 2) [m] the outer surface at a station: shapes blended by thickness (PCHIP) at equal arcs."""
+        """(P, 2) [m] the outer surface at a station: shapes blended by thickness (PCHIP), arc by arc."""
         known = {shape.thickness: shape.even for shape in self.shapes}
         order = np.array(sorted(known))
         shapes = np.stack([known[t] for t in order])

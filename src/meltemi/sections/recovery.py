@@ -44,6 +44,6 @@ def ply_states(model: SectionModel) -> PlyStates:
     """Strains and stresses of a section's plies, on their two faces (thin-walled) or in the middle of elements.
 
     Args:
-      model: of :func:`~meltemi.sections.thin_walled.thin_walled` or :func:`~meltemi.sections.elements.finite_elements`.
+      model: of :func:`~meltemi.sections.thin_walled.thin_walled_section` or :func:`~meltemi.sections.elements.finite_element_section`.
     """
     return model.states()

@@ -6,7 +6,7 @@ number of cells, and that of transverse forces converges to Vlasov's with the sq
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -34,15 +34,15 @@ class Wall:
       nodes: at its ends.
       plies: indices of ``section.plies`` and their thickness [m], from the side from which n points.
       laminate: its stiffness.
+      curvature: [1/m] of the contour, positive towards n.
       link: it only carries shear, and has no mass: the end of a web within the shell.
-      web: whether it is of a web.
     """
 
     nodes: tuple[int, int]
     plies: tuple[tuple[int, complex], ...]
     laminate: Laminate
+    curvature: float = 0.0
     link: bool = False
-    web: int | None = None
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,10 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
     columns = columns_of(shell, 1.0 / pieces, feet)
     depth = depths(shell, columns)[:, -1]
     nodes = list(columns.outer + 0.5 * depth[:, None] * columns.inward)
-    walls: list[Wall] = []
-    known: dict[tuple[tuple[int, complex], ...], Laminate] = {}
+    walls: list[tuple[tuple[int, int], tuple[tuple[int, complex], ...], float, bool]] = []
 
-    def add(a: int, b: int, stack: list[tuple[int, complex]], link: bool = False, web: int | None = None) -> None:
-        key = tuple(stack)
-        if key not in known:
-            known[key] = laminate([(section.plies[i], t) for i, t in key], section.materials)
-        walls.append(Wall((a, b), key, known[key], link, web))
+    def add(a: int, b: int, stack: list[tuple[int, complex]], curvature: float = 0.0, link: bool = False) -> None:
+        walls.append(((a, b), tuple(stack), curvature, link))
 
     last = len(columns.present)
     for c, here in enumerate(columns.present):
@@ -89,9 +85,12 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
             if t.real > 1e-9:
                 stack.append((shell.plies[k], t))
         if stack:
-            add(c, 0 if columns.closed and c + 1 == last else c + 1, stack)
+            t = (nodes[c + 1] - nodes[c]).real
+            turn = -np.dot(columns.inward[c + 1] - columns.inward[c], t) / np.dot(t, t)
+            smooth = columns.smooth[c] and columns.smooth[c + 1]
+            add(c, 0 if columns.closed and c + 1 == last else c + 1, stack, float(turn) if smooth else 0.0)
     if not columns.closed:  # the bonded edge
-        add(last, 0, list(walls[-1].plies), link=True)
+        add(last, 0, list(walls[-1][1]), link=True)
     for w, web in enumerate(section.webs):
         ends = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
         stack = [(i, ply.thickness) for i, ply in enumerate(section.plies) if ply.web == w]
@@ -104,11 +103,28 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
         line = [ends[0], *range(len(nodes), len(nodes) + n + 1), ends[1]]
         nodes += [inner[0] + f * (inner[1] - inner[0]) for f in np.linspace(0.0, 1.0, n + 1)]
         for k, (i, j) in enumerate(zip(line, line[1:], strict=False)):
-            add(i, j, stack, link=k in (0, n + 1), web=w)
-    used = np.unique([wall.nodes for wall in walls])
-    place = {int(j): i for i, j in enumerate(used)}
-    moved = tuple(replace(wall, nodes=(place[wall.nodes[0]], place[wall.nodes[1]])) for wall in walls)
-    return Walls(np.array([nodes[j] for j in used]), moved)
+            add(i, j, stack, link=k in (0, n + 1))
+    used, pairs = np.unique([pair for pair, *_ in walls], return_inverse=True)
+    pairs = pairs.reshape(-1, 2)
+    known: dict[Any, Laminate] = {}
+    made = []
+    for (a, b), closed, (_, key, curvature, link) in zip(pairs, in_cells(pairs), walls, strict=True):
+        what = (key, closed, round(curvature, 6))
+        if what not in known:
+            plies = [(section.plies[i], t) for i, t in key]
+            known[what] = laminate(plies, section.materials, closed=closed, curvature=curvature)
+        made.append(Wall((int(a), int(b)), key, known[what], curvature, link))
+    return Walls(np.array([nodes[j] for j in used]), tuple(made))
+
+
+def in_cells(pairs: NDArray[np.intp]) -> list[bool]:
+    """Whether walls between nodes are part of closed cells: what remains when free ends are taken off, one by one."""
+    degree = np.bincount(pairs.ravel())
+    kept = np.ones(len(pairs), dtype=bool)
+    while (ends := kept & np.any(degree[pairs] == 1, axis=1)).any():
+        kept &= ~ends
+        degree = np.bincount(pairs[kept].ravel(), minlength=len(degree))
+    return kept.tolist()
 
 
 def check_web(section: Section, web: int) -> list[Ply]:
@@ -127,7 +143,7 @@ def check_web(section: Section, web: int) -> list[Ply]:
     return plies
 
 
-def thin_walled(section: Section, pieces: int = PIECES) -> SectionModel:
+def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
     """Stiffness and mass of a section as thin walls.
 
     Args:
@@ -169,8 +185,10 @@ def thin_walled(section: Section, pieces: int = PIECES) -> SectionModel:
                         m0 * x * y + m1 * (x * ny + y * nx) + m2 * nx * ny,
                     ]
                 )
-                for i, t in wall.plies:
-                    ply_mass[i] += weight * t * section.materials[section.plies[i].material].density
+                faces = wall.laminate.faces
+                for (i, t), low, high in zip(wall.plies, faces[:-1], faces[1:], strict=True):
+                    length = 1.0 - 0.5 * wall.curvature * (low + high)
+                    ply_mass[i] += weight * length * t * section.materials[section.plies[i].material].density
         for name, part in parts.items():
             values[name].append(part.ravel())
     pairs = np.array([wall.nodes for wall in mesh.walls])
@@ -214,6 +232,8 @@ def strains(
     B, SN = np.zeros((4, 2), dtype=SZ.dtype), np.zeros((4, 2), dtype=SZ.dtype)
     B[1] = -1.0 / ds, 1.0 / ds
     SN[0] = 1.0 - f, f
+    SZ[3] += wall.curvature * SZ[1]
+    B[3] = wall.curvature * B[1]
     return SZ, B, SN, ds, point, n
 
 

@@ -24,6 +24,8 @@ CORNER = np.radians(25.0)
 """Change of direction of a contour beyond which it has a corner."""
 WEDGE = 0.5
 """Slope of a side against the chord below which it may meet the other one at the trailing edge."""
+BOND = 1.2
+"""Room between the sides, over the thickness of both walls, below which they are bonded."""
 RAMP = 0.1
 """Half the length over which a ply's thickness goes to zero where it ends, over the spacing of nodes."""
 CROWDED = 0.3
@@ -91,6 +93,15 @@ class Shell:
         found = self.arc[1:][turn > CORNER]
         return found[found < 1.0]
 
+    def normal(self, s: Float, spacing: float) -> Float:
+        """(len(s), 2) direction inwards at arcs that are no corners, of the contour's slope over part of the spacing."""
+        marks = np.concatenate([self.corners - 1.0, self.corners, self.corners + 1.0])
+        clear = np.min(np.abs(s[:, None] - marks), axis=1) if len(marks) else np.ones(len(s))
+        half = np.clip(0.99 * clear, 1e-6, 0.3 * spacing)
+        t = at_arc(self.contour, (s + half) % 1.0) - at_arc(self.contour, (s - half) % 1.0)
+        t /= np.hypot(*t.T)[:, None]
+        return np.stack([t[:, 1], -t[:, 0]], axis=1)
+
     @cached_property
     def slots(self) -> NDArray[np.intp]:
         """(plies,) place of each ply in the stack; plies that nowhere overlap share one."""
@@ -118,13 +129,11 @@ class Shell:
             t.append(self.total(s[-1]).real * np.hypot(1.0, slope[-1]))
         gap = x[0] - x[1]
         wedge = (np.abs(slope[0]) < WEDGE) & (np.abs(slope[1]) < WEDGE) & (t[0] > 0.0) & (t[1] > 0.0)
-        meet = wedge & (gap < t[0] + t[1])
+        meet = wedge & (gap < BOND * (t[0] + t[1]))
         if not meet.any():
             return None
         first, last = int(np.argmax(wedge)), int(np.flatnonzero(meet)[-1])
-        if last - first < 2:
-            return None
-        part = slice(first, last + 1)
+        part = slice(first, max(last, first + 2) + 1)
         return Edge(y[part], s[0][part], s[1][part], gap[part])
 
 
@@ -138,6 +147,7 @@ class Columns:
       inward: (J + 1, 2) displacement of a node inwards for each metre of depth.
       room: (J + 1,) [m] greatest depth.
       present: (J, plies) plies of the columns.
+      smooth: (J + 1,) whether ``inward`` is across a smooth contour: not at corners, nor where both sides meet.
       closed: whether the last node is the first.
       bonded: nodes whose inner ends are one: pairs.
     """
@@ -147,6 +157,7 @@ class Columns:
     inward: Numbers
     room: Numbers
     present: NDArray[np.bool_]
+    smooth: NDArray[np.bool_]
     closed: bool
     bonded: tuple[tuple[int, int], ...]
 
@@ -161,7 +172,7 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
     edge = shell.edge
     ends = np.unique(np.concatenate([shell.start, shell.end]))
     step = RAMP * spacing
-    jumps = np.array([e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step])).real)[0]) > THINNEST])
+    jumps = np.array([e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step]) % 1.0).real)[0]) > THINNEST])
     if ramps:
         ends = np.concatenate([ends, jumps - step, jumps + step])
     low, high = (0.0, 1.0) if edge is None else (float(edge.suction[0]), float(edge.pressure[0]))
@@ -172,7 +183,7 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
         y = np.concatenate(
             [np.interp(inside, edge.suction, edge.y), np.interp(behind, edge.pressure[::-1], edge.y[::-1])]
         )
-        y = _spaced(np.clip(y, edge.y[-1], edge.y[0]), spacing * shell.length)
+        y = _spaced(np.clip(y, edge.y[-1], edge.y[0]), 0.85 * spacing * shell.length)  # sides are longer than y
         mirrored = [np.interp(y, edge.y[::-1], side[::-1]) for side in (edge.suction, edge.pressure)]
         fixed = fixed[(fixed > edge.suction[-1]) & (fixed < edge.pressure[-1])]
         fixed = np.concatenate([fixed, *mirrored])
@@ -185,7 +196,7 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
     complex_of = {v.real: v for f in wanted for v in f.tolist()}
     essential = np.concatenate([foot, [low, high], *([] if edge is None else mirrored)])
     for _ in range(len(s)):
-        columns = _columns(shell, np.array([complex_of.get(v, v) for v in s.tolist()]))
+        columns = _columns(shell, np.array([complex_of.get(v, v) for v in s.tolist()]), spacing)
         crowded = _crowded(shell, columns)
         drop = [j for j in crowded if not np.any(np.abs(essential - s[j]) < 1e-12)]
         if not drop:
@@ -211,7 +222,7 @@ def _spaced(points: Float, spacing: float, whole: Sequence[Float] = ()) -> Float
     return np.sort(np.concatenate(pieces))
 
 
-def _columns(shell: Shell, s: Numbers) -> Columns:
+def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
     outer = at_arc(shell.contour, s)
     closed = shell.edge is None
     t = np.diff(outer.real, axis=0)
@@ -226,6 +237,12 @@ def _columns(shell: Shell, s: Numbers) -> Columns:
     b = np.where(some[behind], behind, before)
     inward = normal[a] + normal[b]
     inward /= np.maximum(np.sum(inward * normal[a], axis=1), 0.2)[:, None]  # the mitre of a corner
+    real = s.real
+    smooth = np.array([not np.any(np.abs(real_j - shell.corners) < 1e-9) for real_j in real % 1.0])
+    smooth &= some[before] & some[behind]
+    if not closed:
+        smooth[[0, -1]] = False
+    inward[smooth] = shell.normal(real[smooth], spacing)
     room = np.full(len(s), np.inf)
     bonded: list[tuple[int, int]] = []
     if (edge := shell.edge) is not None:
@@ -241,10 +258,11 @@ def _columns(shell: Shell, s: Numbers) -> Columns:
             share = thick[0] * tilt[0] + thick[1] * tilt[1]
             for i, inner, depth in ((j, -1.0, 0), (k, 1.0, 1)):
                 inward[i] = inner * tilt[depth], 0.0
+                smooth[i] = False
                 room[i] = gap.real * thick[depth].real / share.real
-            if share.real >= 0.999 * gap.real:
+            if BOND * share.real >= 0.999 * gap.real:
                 bonded.append((j, k))
-    return Columns(s, outer, inward, room, present, closed, tuple(bonded))
+    return Columns(s, outer, inward, room, present, smooth, closed, tuple(bonded))
 
 
 def depths(shell: Shell, columns: Columns) -> Numbers:
@@ -262,10 +280,8 @@ def depths(shell: Shell, columns: Columns) -> Numbers:
     depth = np.concatenate([np.zeros((len(depth), 1)), depth], axis=1)
     bonded = {i for pair in columns.bonded for i in pair}
     for j in range(len(depth)):
-        over = depth[j].real > columns.room[j]
+        over = depth[j].real > (min(columns.room[j], depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j])
         depth[j][over] = columns.room[j]
-        if j in bonded:
-            depth[j, -1] = columns.room[j]
     return depth
 
 
@@ -276,11 +292,8 @@ def _crowded(shell: Shell, columns: Columns) -> list[int]:
     t = np.diff(columns.outer.real, axis=0)
     ratio = np.sum(np.diff(inner, axis=0) * t, axis=1) / np.sum(t * t, axis=1)
     bad = np.flatnonzero((ratio < CROWDED) & columns.present.any(axis=1))
-    order = bad[np.argsort(ratio[bad])]
-    n = len(t)
-    corner = {float(c) for c in shell.corners}
-    nodes: list[int] = []
-    for c in order:
-        two = [j for j in (int(c), int(c) + 1) if 0 < j < n]
-        nodes += sorted(two, key=lambda j: min((abs(columns.s[j].real - k) for k in corner), default=1.0), reverse=True)
-    return [j for j in nodes if all(abs(columns.s[j].real - k) > 1e-9 for k in corner)]
+    nodes = [j for c in bad[np.argsort(ratio[bad])] for j in (int(c), int(c) + 1) if 0 < j < len(t)]
+    corners = [j for j in range(len(columns.s)) if np.any(np.abs(columns.s[j].real - shell.corners) < 1e-9)]
+    close = [j for j in corners if any(0.0 < np.hypot(*(columns.outer[j] - columns.outer[i]).real) < depth[j] for i in corners)]
+    # two corners close together become one, others stay
+    return sorted((j for j in dict.fromkeys(nodes) if j in close or j not in corners), key=lambda j: j in close)
