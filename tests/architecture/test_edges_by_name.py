@@ -47,6 +47,7 @@ BY_NAMESPACE = {
 HOMES = {
     "control": {"bladed_controllers", "control_laws", "controllers", "farm", "power_control", "supervisor"},
     "environment": {"sea", "studies"},
+    "loads": {"strength"},
     "turbine": {"analyses", "electrical", "floating", "frames", "sea", "studies"},
     "wind": {"iec", "turbulence"},
 }

@@ -18,6 +18,7 @@ from meltemi.sections.thin_walled import thin_walled_section as thin_walled_sect
 from meltemi.studies.scaling.tower_frequency import scale_turbine as scale_turbine
 from meltemi.studies.scaling.typical import ComponentMasses as ComponentMasses
 from meltemi.studies.scaling.typical import typical_masses as typical_masses
+from meltemi.studies.shape_polar import polar_of_shape as polar_of_shape
 from meltemi.turbine.definition import Flap as Flap
 from meltemi.turbine.definition import FlapIncrements as FlapIncrements
 from meltemi.turbine.definition import Turbine as Turbine
