@@ -114,7 +114,9 @@ def _feet(shell: Shell, w: int, spacing: float) -> tuple[Numbers, Numbers]:
         s = start + sign * faces.real / shell.length
         for _ in range(8):
             s = s - sign * off(s).real / shell.length
-        arcs.append(s - sign * off(s) / shell.length if np.iscomplexobj(faces) or np.iscomplexobj(shell.thickness) else s)
+        arcs.append(
+            s - sign * off(s) / shell.length if np.iscomplexobj(faces) or np.iscomplexobj(shell.thickness) else s
+        )
     return arcs[0], arcs[1]
 
 
@@ -200,7 +202,12 @@ class _Grid:
         for slot in range(self.depth.shape[1] - 1):
             if not (self.thick[a, slot] or self.thick[b, slot]):
                 continue
-            of = [k for where in (c, *neighbours) for k in np.flatnonzero(self.columns.present[where]) if self.shell.slots[k] == slot]
+            of = [
+                k
+                for where in (c, *neighbours)
+                for k in np.flatnonzero(self.columns.present[where])
+                if self.shell.slots[k] == slot
+            ]
             corners = [self.corner(a, slot), self.corner(b, slot), self.corner(b, slot + 1), self.corner(a, slot + 1)]
             middles = [self.middle(c, slot), self.side(b, slot), self.middle(c, slot + 1), self.side(a, slot)]
             self._add(corners + middles, self.shell.plies[of[0]], c, t)

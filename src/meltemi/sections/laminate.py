@@ -45,7 +45,9 @@ class Laminate:
     mass: Numbers
 
 
-def laminate(plies: Sequence[tuple[Ply, complex]], materials: Mapping[str, Material], *, closed: bool, curvature: float = 0.0) -> Laminate:
+def laminate(
+    plies: Sequence[tuple[Ply, complex]], materials: Mapping[str, Material], *, closed: bool, curvature: float = 0.0
+) -> Laminate:
     """Laminate of plies with their thickness [m], from the outside to the inside.
 
     Args:

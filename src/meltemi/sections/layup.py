@@ -238,9 +238,7 @@ class Layup(Record):
         else:
             along, across = shapes[0].T
         chord = self.chord.at(station)
-        return np.stack(
-            [chord * across + self.offset_x.at(station), chord * along - self.offset_y.at(station)], axis=1
-        )
+        return np.stack([chord * across + self.offset_x.at(station), chord * along - self.offset_y.at(station)], axis=1)
 
     def section(self, station: float, factors: Mapping[str, complex] | None = None) -> Section:
         """The section at a station.

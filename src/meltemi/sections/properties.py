@@ -72,8 +72,12 @@ def central_solution(energy: Energy, name: str) -> tuple[Numbers, Numbers, Numbe
     Raises:
       InputError: parts of the section do not hold together.
     """
+    from scipy.sparse.csgraph import connected_components
     from scipy.sparse.linalg import splu
 
+    apart = f"{name}: the walls do not hold together: a part without connection, or walls in one line"
+    if connected_components(abs(energy.E.real) + abs(energy.C.real) > 0.0, directed=False)[0] > 1:
+        raise InputError(apart)
     free = np.setdiff1d(np.arange(energy.R.shape[0]), energy.pins)
     try:
         with np.errstate(all="ignore"):
@@ -91,14 +95,14 @@ def central_solution(energy: Energy, name: str) -> tuple[Numbers, Numbers, Numbe
             psi_0 = np.linalg.solve(S, np.eye(6) - L.T @ u_1 - R.T @ Y)
             u_0 = Y - X @ psi_0
     except (RuntimeError, np.linalg.LinAlgError):
-        raise InputError(f"{name}: the walls do not hold together: a part without connection, or walls in one line") from None
+        raise InputError(apart) from None
     flexibility = (
         u_0.T @ (energy.E[free][:, free] @ u_0 + C @ u_1 + R @ psi_0)
         + u_1.T @ (C.T @ u_0 + M @ u_1 + L @ psi_0)
         + psi_0.T @ (R.T @ u_0 + L.T @ u_1 + energy.A @ psi_0)
     )
     if not np.all(np.isfinite(flexibility)):
-        raise InputError(f"{name}: the walls do not hold together: a part without connection, or walls in one line")
+        raise InputError(apart)
     K = np.linalg.inv(flexibility)
     full_0, full_1 = (np.zeros((energy.R.shape[0], 6), dtype=u_0.dtype) for _ in range(2))
     full_0[free], full_1[free] = u_0, u_1

@@ -206,9 +206,7 @@ def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
 SHEAR = np.array([0.0, 1.0, 0.0, 0.0])
 
 
-def strains(
-    mesh: Walls, wall: Wall, f: float
-) -> tuple[Numbers, Numbers, Numbers, Any, Numbers, Numbers]:
+def strains(mesh: Walls, wall: Wall, f: float) -> tuple[Numbers, Numbers, Numbers, Any, Numbers, Numbers]:
     """Strains zz, zs and curvatures zz, zs at a fraction of a wall, from what moves it (S-16 to S-18).
 
     Returns:

@@ -107,7 +107,9 @@ class Shell:
         """(plies,) place of each ply in the stack; plies that nowhere overlap share one."""
         slots: list[int] = []
         for k in range(len(self.plies)):
-            over = [slots[i] for i in range(k) if self.start[k] < self.end[i] - 1e-9 and self.start[i] < self.end[k] - 1e-9]
+            over = [
+                slots[i] for i in range(k) if self.start[k] < self.end[i] - 1e-9 and self.start[i] < self.end[k] - 1e-9
+            ]
             slots.append(1 + max(over, default=-1))
         return np.array(slots, dtype=np.intp)
 
@@ -172,9 +174,13 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
     edge = shell.edge
     ends = np.unique(np.concatenate([shell.start, shell.end]))
     step = RAMP * spacing
-    jumps = np.array([e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step]) % 1.0).real)[0]) > THINNEST])
+    jumps = np.array(
+        [e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step]) % 1.0).real)[0]) > THINNEST]
+    )
     if ramps:
-        ends = np.concatenate([ends, jumps - step, jumps + step])
+        turn = np.clip(2.0 * shell.total(shell.corners).real / shell.length, 0.06 * spacing, 0.5 * spacing)
+        beside = np.concatenate([jumps - step, jumps + step, shell.corners - turn, shell.corners + turn])
+        ends = np.concatenate([ends, beside % 1.0])
     low, high = (0.0, 1.0) if edge is None else (float(edge.suction[0]), float(edge.pressure[0]))
     fixed = np.concatenate([shell.corners, ends, [low, high]])
     if edge is not None:  # nodes of the two sides at the same y
@@ -280,7 +286,9 @@ def depths(shell: Shell, columns: Columns) -> Numbers:
     depth = np.concatenate([np.zeros((len(depth), 1)), depth], axis=1)
     bonded = {i for pair in columns.bonded for i in pair}
     for j in range(len(depth)):
-        over = depth[j].real > (min(columns.room[j], depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j])
+        over = depth[j].real > (
+            min(columns.room[j], depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j]
+        )
         depth[j][over] = columns.room[j]
     return depth
 
@@ -294,6 +302,10 @@ def _crowded(shell: Shell, columns: Columns) -> list[int]:
     bad = np.flatnonzero((ratio < CROWDED) & columns.present.any(axis=1))
     nodes = [j for c in bad[np.argsort(ratio[bad])] for j in (int(c), int(c) + 1) if 0 < j < len(t)]
     corners = [j for j in range(len(columns.s)) if np.any(np.abs(columns.s[j].real - shell.corners) < 1e-9)]
-    close = [j for j in corners if any(0.0 < np.hypot(*(columns.outer[j] - columns.outer[i]).real) < depth[j] for i in corners)]
+    close = [
+        j
+        for j in corners
+        if any(0.0 < np.hypot(*(columns.outer[j] - columns.outer[i]).real) < depth[j] for i in corners)
+    ]
     # two corners close together become one, others stay
     return sorted((j for j in dict.fromkeys(nodes) if j in close or j not in corners), key=lambda j: j in close)

@@ -78,8 +78,14 @@ class _Reader:
             "source": f"{tree.source} (windIO {1 if self.first else tree.get('windIO_version') or 2})",
         }
         if tree.get(f"{self.shape}.section_offset_x") is not None:
-            content["offset_x"] = self._curve(tree.need(f"{self.shape}.section_offset_x"), f"{self.shape}.section_offset_x")
-        bare = {"materials": {"none": dict.fromkeys("density E1 E2 E3 G12 G13 G23".split(), 1.0) | {"nu12": 0, "nu13": 0, "nu23": 0}}}
+            content["offset_x"] = self._curve(
+                tree.need(f"{self.shape}.section_offset_x"), f"{self.shape}.section_offset_x"
+            )
+        bare = {
+            "materials": {
+                "none": dict.fromkeys("density E1 E2 E3 G12 G13 G23".split(), 1.0) | {"nu12": 0, "nu13": 0, "nu23": 0}
+            }
+        }
         bare["layers"] = [{"name": "none", "material": "none", "thickness": 1.0}]  # type: ignore[assignment]
         self.base = validated(content | bare, Layup, tree.where)  # its contours make arcs of widths
         webs = as_entries(tree.get(f"{self.structure}.webs") or [{}], f"{tree.where}: {self.structure}.webs")
@@ -99,7 +105,9 @@ class _Reader:
             raise self._fail(where, f"expected grid and values, found {str(value)[:60]!r}")
         grid = as_numbers(value["grid"], f"{self.tree.where}: {where}.grid")
         if isinstance(value["values"], list) and value["values"] and isinstance(value["values"][0], list):
-            raise self._fail(where, "a thickness that varies round the section is not read; split the layer into several")
+            raise self._fail(
+                where, "a thickness that varies round the section is not read; split the layer into several"
+            )
         numbers = as_numbers(value["values"], f"{self.tree.where}: {where}.values", len(grid))
         if len(grid) < 2 or np.any(np.diff(grid) <= 0.0):
             raise self._fail(f"{where}.grid", "expected two or more numbers that increase")
@@ -187,7 +195,9 @@ class _Reader:
         if layer.get("thickness") is not None:
             content["thickness"] = self._curve(layer["thickness"], f"{where}.thickness")
         elif layer.get("n_plies") is not None:
-            one = as_number(plies.get(material), f"{self.tree.where}: materials {material}: ply_t (for n_plies of {where})")
+            one = as_number(
+                plies.get(material), f"{self.tree.where}: materials {material}: ply_t (for n_plies of {where})"
+            )
             content["thickness"] = self._curve(layer["n_plies"], f"{where}.n_plies", one)
         else:
             raise self._fail(where, "thickness is missing")
@@ -206,7 +216,9 @@ class _Reader:
             content[ours] = self._arc(layer, handle, where, known)
         return content
 
-    def _arc(self, entry: Content, handle: str, where: str, anchors: dict[str, Content] | None = None, depth: int = 0) -> Content:
+    def _arc(
+        self, entry: Content, handle: str, where: str, anchors: dict[str, Content] | None = None, depth: int = 0
+    ) -> Content:
         """Curve of an arc: given, that of an anchor, or from another one and a width."""
         value = entry.get(handle)
         if depth > 20:
@@ -223,7 +235,9 @@ class _Reader:
         for key in ("offset_nd_arc", "offset_arc"):
             offset = entry.get(key)
             if isinstance(offset, dict) and offset.get("defines") == handle:
-                base = self._arc({handle: {"anchor": offset.get("anchor")}}, handle, f"{where}.{key}", anchors, depth + 1)
+                base = self._arc(
+                    {handle: {"anchor": offset.get("anchor")}}, handle, f"{where}.{key}", anchors, depth + 1
+                )
                 values = offset["values"] if isinstance(offset.get("values"), dict) else offset
                 return self._moved(base, self._curve(values, f"{where}.{key}"), 1.0, key == "offset_arc")
         if entry.get("width") is not None and (found := self._from_width(entry, handle, where, anchors, depth)):
@@ -234,7 +248,9 @@ class _Reader:
                 "it is given by a plane only, which is not intersected with the surface here; write the arcs into the file, "
                 "grid and values, as the windIO examples of the IEA turbines and WISDEM do",
             )
-        raise self._fail(f"{where}.{handle}", "missing: expected grid and values, an anchor, or a width and another arc")
+        raise self._fail(
+            f"{where}.{handle}", "missing: expected grid and values, an anchor, or a width and another arc"
+        )
 
     def _from_width(self, entry: Content, handle: str, where: str, anchors: Any, depth: int) -> Content | None:
         width = self._curve(entry["width"], f"{where}.width")
