@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -126,7 +128,8 @@ PUBLISHED_BOX = {  # lb, in; order: axial, shear along and across, torsion, bend
     (1, 4): -5.201e4,
     (2, 5): -5.635e4,
 }
-"""Box CUS1 of Smith and Chopra (1991), six plies at 15 deg in one sense: stiffness of VABS by Popescu and Hodges (2000)."""
+"""Box CUS1 of Smith and Chopra (1991), six plies at 15 deg in one sense: stiffness of VABS by Popescu and Hodges
+(2000)."""
 PUBLISHED_PIPE = {
     (0, 0): 1.03892e7,
     (1, 1): 7.85310e5,
@@ -158,7 +161,8 @@ def test_published_box():
 
 
 def pipe() -> Section:
-    """Half circles and straight walls with two plies of 0.1 in: 0 and 90 deg on straight ones, -45 and 45 on round ones."""
+    """Half circles and straight walls with two plies of 0.1 in: 0 and 90 deg on straight ones, -45 and 45 on round
+    ones."""
     a = np.linspace(0.0, 0.5 * np.pi, 61)
     quarter = np.stack([0.5 * np.sin(a), 1.0 + 0.5 * np.cos(a)], axis=1)
     half = np.concatenate([quarter, quarter[::-1] * [1.0, -1.0]])
@@ -168,7 +172,7 @@ def pipe() -> Section:
     marks = [0.0, q, q + s, 3.0 * q + s, 3.0 * q + 2.0 * s, 1.0]
     plies = []
     for name, straight, round_ in (("outer", 0.0, -45.0), ("inner", 90.0, 45.0)):
-        for i, (start, end) in enumerate(zip(marks, marks[1:], strict=False)):
+        for i, (start, end) in enumerate(itertools.pairwise(marks)):
             plies.append(Ply(name, "m", 0.1, np.radians(straight if i % 2 else round_), start, end))
     e1, e2, g = 20.59e6, 1.42e6, 0.87e6
     m = Material(density=1.0, E1=e1, E2=e2, E3=e2, G12=g, G13=g, G23=g, nu12=0.42, nu13=0.42, nu23=0.42)
@@ -187,7 +191,8 @@ def test_published_pipe():
 def test_sign_of_bend_twist_coupling(model):
     """Fibres of both sides towards the leading edge: bending downwind, x, twists towards feather, about -z.
 
-    Pressure sides are in tension when the blade bends downwind, and a layer in tension turns its fibres towards the load:
+    Pressure sides are in tension when the blade bends downwind, and a layer in tension turns its fibres towards the
+    load:
     on the pressure side, x < 0, material at larger z moves towards y > 0 ... so that the section turns about -z.
     """
     w, h = 1.0, 0.3

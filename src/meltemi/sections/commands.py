@@ -67,8 +67,8 @@ def section(
     files.append(write_csv(out / f"{file.stem}-matrices.csv", [*head, "matrix", "row", *"123456"], matrices))
     files.append(write_csv(out / f"{file.stem}-masses.csv", [*head, "layer", "material", "mass [kg/m]"], masses))
     say(
-        "Axes of the section: x towards the suction side, y towards the trailing edge, z towards the tip, from the reference "
-        "axis; rows and columns of the matrices: force x, y, z, moment about x, y, z.\n"
+        "Axes of the section: x towards the suction side, y towards the trailing edge, z towards the tip, from the "
+        "reference axis; rows and columns of the matrices: force x, y, z, moment about x, y, z.\n"
         f"Finite elements: {pieces} round the contour and one through each ply; fibres and normals follow the wall."
     )
     wrote(*files)

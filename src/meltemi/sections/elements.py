@@ -6,6 +6,7 @@ triangles, so that the mesh holds together without ties.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,7 +92,8 @@ def _names(section: Section) -> str:
 
 
 def _faces(shell: Shell, w: int) -> tuple[Numbers, Numbers, Numbers]:
-    """Distances of the faces of a web's plies from its middle line [m], a point of this line, and the direction across it."""
+    """Distances of the faces of a web's plies from its middle line [m], a point of this line, and the direction
+    across it."""
     web = shell.section.webs[w]
     t = np.array([ply.thickness for ply in check_web(shell.section, w)])
     a, b = at_arc(shell.contour, np.array([web.start, web.end])).real
@@ -224,13 +226,13 @@ class _Grid:
         rows = []
         for arcs in feet:
             nodes = [int(np.argmin(np.abs(s - arc))) for arc in arcs.real]
-            if any(abs(j - i) != 1 for i, j in zip(nodes, nodes[1:], strict=False)):
+            if any(abs(j - i) != 1 for i, j in itertools.pairwise(nodes)):
                 raise InputError(
                     f"{self.section.name}: web {self.section.webs[w].name} meets the shell where a ply or the contour "
                     "ends, or another web; move one of them by the web's thickness"
                 )
             ends = [self.corner(j, deep) for j in nodes]
-            between = [self.middle(min(i, j), deep) for i, j in zip(nodes, nodes[1:], strict=False)]
+            between = [self.middle(min(i, j), deep) for i, j in itertools.pairwise(nodes)]
             rows.append((ends, between))
         a, b = (np.array([self.points[i] for i in ends]) for ends, _ in rows)
         size = np.sqrt(np.sum((b[0] - a[0]).real ** 2))

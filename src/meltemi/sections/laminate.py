@@ -6,6 +6,7 @@ zz, ss, zs; depth is measured along n from the middle of the wall.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -52,7 +53,8 @@ def laminate(
 
     Args:
       curvature: [1/m] of the wall towards n: plies are shorter there.
-      closed: the wall is part of a closed cell and keeps its curvature across the blade; otherwise M_ss = 0. N_ss = 0 in both.
+      closed: the wall is part of a closed cell and keeps its curvature across the blade; otherwise M_ss = 0. N_ss =
+        0 in both.
     """
     t = np.array([thickness for _, thickness in plies])
     faces = np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t)
@@ -62,7 +64,7 @@ def laminate(
         material, T = materials[ply.material], rotation(ply.angle)
         Q = T.T @ material.plane @ T
         powers = [(high**k - low**k) / k for k in (1, 2, 3, 4)]
-        m0, m1, m2 = (a - curvature * b for a, b in zip(powers, powers[1:], strict=False))
+        m0, m1, m2 = (a - curvature * b for a, b in itertools.pairwise(powers))
         ABD += np.block([[m0 * Q, m1 * Q], [m1 * Q, m2 * Q]])
         mass += material.density * np.array([m0, m1, m2])
     free = [1] if closed else [1, 4]

@@ -1,6 +1,7 @@
 """Stiffness of a section from the energy of its strains and warping, and what follows from it.
 
-Equations (S-n) are in ``docs/theory/sections.md``. Both models describe displacements of the section by beam strains and
+Equations (S-n) are in ``docs/theory/sections.md``. Both models describe displacements of the section by beam strains
+and
 by warping at nodes; they differ in the matrices of their strain energy only.
 """
 

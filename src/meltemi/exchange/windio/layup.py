@@ -1,7 +1,9 @@
 """Layup of the blade of a windIO file, of version 2 (``structure``) or 1 (``internal_structure_2d_fem``).
 
-Arcs begin at the trailing edge on the suction side. In version 2 they are those of anchors, in version 1 of the layers and
-webs themselves. Both may give one end, or the middle, and a width. Fibre angles are positive towards the leading edge, in
+Arcs begin at the trailing edge on the suction side. In version 2 they are those of anchors, in version 1 of the
+layers and
+webs themselves. Both may give one end, or the middle, and a width. Fibre angles are positive towards the leading
+edge, in
 degrees (version 2) or radians (version 1); nu and G are listed as 12, 13, 23.
 """
 
@@ -37,7 +39,8 @@ def read_layup(path: str | Path) -> Layup:
       Shapes, webs, layers and materials; angles in radians.
 
     Raises:
-      InputError: the file is no windIO turbine, has no layup, or describes it in a way that is not read; the message names
+      InputError: the file is no windIO turbine, has no layup, or describes it in a way that is not read; the message
+        names
         the key.
     """
     return _Reader(load(Path(path), first=True)).layup()
@@ -165,8 +168,8 @@ class _Reader:
         where = f"{self.tree.where}: materials {name}"
         content: Content = {"density": as_number(m.get("rho"), f"{where}: rho")}
         if bool(m.get("orth")):
-            for key, ours in (("E", "E1 E2 E3"), ("G", "G12 G13 G23"), ("nu", "nu12 nu13 nu23")):
-                content |= dict(zip(ours.split(), as_numbers(m.get(key), f"{where}: {key}", 3).tolist(), strict=True))
+            for key, three in (("E", "E1 E2 E3"), ("G", "G12 G13 G23"), ("nu", "nu12 nu13 nu23")):
+                content |= dict(zip(three.split(), as_numbers(m.get(key), f"{where}: {key}", 3).tolist(), strict=True))
         else:
             E, nu = as_number(m.get("E"), f"{where}: E"), as_number(m.get("nu"), f"{where}: nu")
             content |= dict.fromkeys(("E1", "E2", "E3"), E) | dict.fromkeys(("nu12", "nu13", "nu23"), nu)
@@ -245,7 +248,7 @@ class _Reader:
         if entry.get("plane_intersection") is not None or entry.get("offset_y_pa") is not None:
             raise self._fail(
                 f"{where}.{handle}",
-                "it is given by a plane only, which is not intersected with the surface here; write the arcs into the file, "
+                "it is given by a plane only, which is not intersected with the surface; write the arcs into the file, "
                 "grid and values, as the windIO examples of the IEA turbines and WISDEM do",
             )
         raise self._fail(
