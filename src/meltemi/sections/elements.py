@@ -1,4 +1,4 @@
-"""Section by finite elements with warping in three directions (S-20 to S-23): the method of Giavotto et al. (1983).
+"""Section by finite elements with warping in three directions (B-20 to B-23): the method of Giavotto et al. (1983).
 
 Elements have eight nodes and lie in layers through the walls, one for each ply. Where a ply ends, its elements end in
 triangles, so that the mesh holds together without ties.
@@ -291,7 +291,7 @@ def shapes(a: float, b: float) -> tuple[NDArray[np.float64], NDArray[np.float64]
 
 
 def material_axes(section: Section, mesh: Mesh) -> NDArray[np.float64]:
-    """(n, 6, 6) strains in the axes of the material from those in the section's (S-21).
+    """(n, 6, 6) strains in the axes of the material from those in the section's (B-21).
 
     Orders: 11, 22, 33, 23, 13, 12; and xx, yy, zz, yz, xz, xy.
     """
@@ -315,7 +315,7 @@ def material_axes(section: Section, mesh: Mesh) -> NDArray[np.float64]:
 
 
 def operators(mesh: Mesh, a: float, b: float) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
-    """Strains at a point of all elements, in the order xx, yy, zz, yz, xz, xy (S-20).
+    """Strains at a point of all elements, in the order xx, yy, zz, yz, xz, xy (B-20).
 
     Returns:
       (n, 6, 6) by beam strains, (n, 6, 24) by warping, (n, 6, 24) by its derivative along the blade; (n,) area for each

@@ -1,4 +1,4 @@
-"""Classical lamination theory of a wall (S-1 to S-3).
+"""Classical lamination theory of a wall (B-1 to B-3).
 
 Axes of a wall: z along the blade, s along the contour, n inwards (to the other side of a web). The order of strains is
 zz, ss, zs; depth is measured along n from the middle of the wall.
@@ -22,7 +22,7 @@ HELD = [0, 2, 3, 5]
 
 
 def rotation(angle: float) -> NDArray[np.float64]:
-    """(3, 3) strains 11, 22, 12 of a ply from zz, ss, zs, with fibres turned from z towards s (S-1)."""
+    """(3, 3) strains 11, 22, 12 of a ply from zz, ss, zs, with fibres turned from z towards s (B-1)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
 
@@ -33,7 +33,7 @@ class Laminate:
 
     Attributes:
       ABD: (6, 6) forces per width zz, ss, zs [N] and moments [N m] from strains and curvatures.
-      wall: (4, 4) N_zz, N_zs, M_zz, M_zs from their strains (S-3).
+      wall: (4, 4) N_zz, N_zs, M_zz, M_zs from their strains (B-3).
       across: (2, 4) strain and curvature ss that follow.
       faces: (plies + 1,) [m] depths of the faces of the plies.
       mass: (3,) density times 1, depth, depth squared.

@@ -1,4 +1,4 @@
-"""Section of thin walls: membrane and bending of laminates, warping along the blade (S-15 to S-19).
+"""Section of thin walls: membrane and bending of laminates, warping along the blade (B-15 to B-19).
 
 On straight pieces of wall with warping linear between nodes the flow of shear from torsion is that of Bredt, in any
 number of cells, and that of transverse forces converges to Vlasov's with the square of the spacing.
@@ -93,7 +93,7 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
     if not columns.closed:  # the bonded edge
         add(last, 0, list(walls[-1][1]), link=True)
     for w, web in enumerate(section.webs):
-        ends = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
+        ends: list[int] = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
         stack = [(i, ply.thickness) for i, ply in enumerate(section.plies) if ply.web == w]
         check_web(section, w)
         a, b = nodes[ends[0]], nodes[ends[1]]
@@ -208,7 +208,7 @@ SHEAR = np.array([0.0, 1.0, 0.0, 0.0])
 
 
 def strains(mesh: Walls, wall: Wall, f: float) -> tuple[Numbers, Numbers, Numbers, Any, Numbers, Numbers]:
-    """Strains zz, zs and curvatures zz, zs at a fraction of a wall, from what moves it (S-16 to S-18).
+    """Strains zz, zs and curvatures zz, zs at a fraction of a wall, from what moves it (B-16 to B-18).
 
     Returns:
       (4, 6) by beam strains, (4, 2) by warping of its ends, (4, 2) by its derivative along the blade; length [m]; point
