@@ -74,7 +74,8 @@ def blade_of_layup(
     grid, z = layup.position.grid, layup.position.values - layup.position.values[0]
     if abs(z[-1] - turbine.blade.length) > 0.01 * z[-1]:
         raise InputError(
-            f"blade_of_layup: the blade of {layup.name} is {z[-1]:.4g} m long, that of {turbine.name} {turbine.blade.length:.4g} m"
+            f"blade_of_layup: the blade of {layup.name} is {z[-1]:.4g} m long, that of {turbine.name} "
+            f"{turbine.blade.length:.4g} m"
         )
     scale = turbine.blade.length / z[-1]
     if stations is None:

@@ -21,7 +21,9 @@ NAMES = {"walls": "thin walls", "elements": "finite elements"}
 def section(
     file: Annotated[Path, "Layup of a blade: a windIO file, or a YAML file of ours."],
     at: Annotated[tuple[str, ...], "Stations as fractions of the span, separated by commas."] = ("0.25", "0.5", "0.75"),
-    model: Annotated[Literal["both", "walls", "elements"], "Thin walls, finite elements, or both and their difference."] = "both",
+    model: Annotated[
+        Literal["both", "walls", "elements"], "Thin walls, finite elements, or both and their difference."
+    ] = "both",
     pieces: Annotated[int, "Finite elements round the contour.", Range(24, 2000)] = 120,
     out: OutOption = Path("out"),
 ) -> None:
@@ -51,7 +53,9 @@ def section(
                 for name, M in (("stiffness", made.stiffness), ("mass", made.mass)):
                     matrices += [[*where, name, str(i + 1), *map(number, row)] for i, row in enumerate(M)]
                 centres.append([*where, *(number(value) for _, _, value in _quantities(made))])
-                masses += [[*where, p.name, p.material, number(m)] for p, m in zip(one.plies, made.ply_mass, strict=True)]
+                masses += [
+                    [*where, p.name, p.material, number(m)] for p, m in zip(one.plies, made.ply_mass, strict=True)
+                ]
             _print(station, layup, found)
             files.append(write_figure(out / f"{file.stem}-{station:g}.png", plot_section(list(found.values())[-1])))
             progress((count + 1) / len(stations))
@@ -63,8 +67,8 @@ def section(
     files.append(write_csv(out / f"{file.stem}-matrices.csv", [*head, "matrix", "row", *"123456"], matrices))
     files.append(write_csv(out / f"{file.stem}-masses.csv", [*head, "layer", "material", "mass [kg/m]"], masses))
     say(
-        "Axes of the section: x towards the suction side, y towards the trailing edge, z towards the tip, from the reference "
-        "axis; rows and columns of the matrices: force x, y, z, moment about x, y, z.\n"
+        "Axes of the section: x towards the suction side, y towards the trailing edge, z towards the tip, from the "
+        "reference axis; rows and columns of the matrices: force x, y, z, moment about x, y, z.\n"
         f"Finite elements: {pieces} round the contour and one through each ply; fibres and normals follow the wall."
     )
     wrote(*files)
@@ -92,7 +96,9 @@ def _station(text: str) -> float:
     except ValueError:
         station = np.nan
     if not 0.0 <= station <= 1.0:
-        raise InputError(f"--at {text}: expected fractions of the span from 0 to 1, separated by commas, such as 0.25,0.5")
+        raise InputError(
+            f"--at {text}: expected fractions of the span from 0 to 1, separated by commas, such as 0.25,0.5"
+        )
     return station
 
 
@@ -103,7 +109,9 @@ def _quantities(made: SectionModel) -> list[tuple[str, str, float]]:
     c, K = centres_of(made.stiffness, made.mass), np.diag(made.stiffness)
     F = np.linalg.inv(made.stiffness)
     values = [("mass", "kg/m", made.mass[0, 0]), ("axial stiffness", "N", K[2])]
-    values += [(f"bending stiffness, {name}", "N m^2", EI) for name, EI in zip(("weak", "strong"), c.bending, strict=True)]
+    values += [
+        (f"bending stiffness, {name}", "N m^2", EI) for name, EI in zip(("weak", "strong"), c.bending, strict=True)
+    ]
     values += [("torsional stiffness", "N m^2", 1.0 / F[5, 5])]
     values += [("shear stiffness, flap", "N", K[0]), ("shear stiffness, edge", "N", K[1])]
     for name, point in (("shear centre", c.shear), ("tension centre", c.tension), ("centre of mass", c.mass)):
@@ -126,6 +134,12 @@ def _print(station: float, layup: Layup, found: dict[str, SectionModel]) -> None
         if len(row) > 1:
             change = row[1][2] - first
             relative = unit in ("N", "N m^2", "kg/m")
-            cells.append(f"{100.0 * change / first:.1f} %" if relative else f"{100 * change / chord:.1f} % chord" if unit == "m" else f"{change:.2g}")
+            cells.append(
+                f"{100.0 * change / first:.1f} %"
+                if relative
+                else f"{100 * change / chord:.1f} % chord"
+                if unit == "m"
+                else f"{change:.2g}"
+            )
         rows.append([name, shown, *cells])
     print_table(f"{layup.name}: station {station:g}", head, rows, 2)

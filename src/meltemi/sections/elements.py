@@ -1,4 +1,4 @@
-"""Section by finite elements with warping in three directions (S-20 to S-23): the method of Giavotto et al. (1983).
+"""Section by finite elements with warping in three directions (B-20 to B-23): the method of Giavotto et al. (1983).
 
 Elements have eight nodes and lie in layers through the walls, one for each ply. Where a ply ends, its elements end in
 triangles, so that the mesh holds together without ties.
@@ -6,6 +6,7 @@ triangles, so that the mesh holds together without ties.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -91,7 +92,8 @@ def _names(section: Section) -> str:
 
 
 def _faces(shell: Shell, w: int) -> tuple[Numbers, Numbers, Numbers]:
-    """Distances of the faces of a web's plies from its middle line [m], a point of this line, and the direction across it."""
+    """Distances of the faces of a web's plies from its middle line [m], a point of this line, and the direction
+    across it."""
     web = shell.section.webs[w]
     t = np.array([ply.thickness for ply in check_web(shell.section, w)])
     a, b = at_arc(shell.contour, np.array([web.start, web.end])).real
@@ -114,7 +116,9 @@ def _feet(shell: Shell, w: int, spacing: float) -> tuple[Numbers, Numbers]:
         s = start + sign * faces.real / shell.length
         for _ in range(8):
             s = s - sign * off(s).real / shell.length
-        arcs.append(s - sign * off(s) / shell.length if np.iscomplexobj(faces) or np.iscomplexobj(shell.thickness) else s)
+        arcs.append(
+            s - sign * off(s) / shell.length if np.iscomplexobj(faces) or np.iscomplexobj(shell.thickness) else s
+        )
     return arcs[0], arcs[1]
 
 
@@ -200,7 +204,12 @@ class _Grid:
         for slot in range(self.depth.shape[1] - 1):
             if not (self.thick[a, slot] or self.thick[b, slot]):
                 continue
-            of = [k for where in (c, *neighbours) for k in np.flatnonzero(self.columns.present[where]) if self.shell.slots[k] == slot]
+            of = [
+                k
+                for where in (c, *neighbours)
+                for k in np.flatnonzero(self.columns.present[where])
+                if self.shell.slots[k] == slot
+            ]
             corners = [self.corner(a, slot), self.corner(b, slot), self.corner(b, slot + 1), self.corner(a, slot + 1)]
             middles = [self.middle(c, slot), self.side(b, slot), self.middle(c, slot + 1), self.side(a, slot)]
             self._add(corners + middles, self.shell.plies[of[0]], c, t)
@@ -217,13 +226,13 @@ class _Grid:
         rows = []
         for arcs in feet:
             nodes = [int(np.argmin(np.abs(s - arc))) for arc in arcs.real]
-            if any(abs(j - i) != 1 for i, j in zip(nodes, nodes[1:], strict=False)):
+            if any(abs(j - i) != 1 for i, j in itertools.pairwise(nodes)):
                 raise InputError(
                     f"{self.section.name}: web {self.section.webs[w].name} meets the shell where a ply or the contour "
                     "ends, or another web; move one of them by the web's thickness"
                 )
             ends = [self.corner(j, deep) for j in nodes]
-            between = [self.middle(min(i, j), deep) for i, j in zip(nodes, nodes[1:], strict=False)]
+            between = [self.middle(min(i, j), deep) for i, j in itertools.pairwise(nodes)]
             rows.append((ends, between))
         a, b = (np.array([self.points[i] for i in ends]) for ends, _ in rows)
         size = np.sqrt(np.sum((b[0] - a[0]).real ** 2))
@@ -282,7 +291,7 @@ def shapes(a: float, b: float) -> tuple[NDArray[np.float64], NDArray[np.float64]
 
 
 def material_axes(section: Section, mesh: Mesh) -> NDArray[np.float64]:
-    """(n, 6, 6) strains in the axes of the material from those in the section's (S-21).
+    """(n, 6, 6) strains in the axes of the material from those in the section's (B-21).
 
     Orders: 11, 22, 33, 23, 13, 12; and xx, yy, zz, yz, xz, xy.
     """
@@ -306,7 +315,7 @@ def material_axes(section: Section, mesh: Mesh) -> NDArray[np.float64]:
 
 
 def operators(mesh: Mesh, a: float, b: float) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
-    """Strains at a point of all elements, in the order xx, yy, zz, yz, xz, xy (S-20).
+    """Strains at a point of all elements, in the order xx, yy, zz, yz, xz, xy (B-20).
 
     Returns:
       (n, 6, 6) by beam strains, (n, 6, 24) by warping, (n, 6, 24) by its derivative along the blade; (n,) area for each

@@ -1,4 +1,4 @@
-"""Classical lamination theory of a wall (S-1 to S-3).
+"""Classical lamination theory of a wall (B-1 to B-3).
 
 Axes of a wall: z along the blade, s along the contour, n inwards (to the other side of a web). The order of strains is
 zz, ss, zs; depth is measured along n from the middle of the wall.
@@ -6,6 +6,7 @@ zz, ss, zs; depth is measured along n from the middle of the wall.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -21,7 +22,7 @@ HELD = [0, 2, 3, 5]
 
 
 def rotation(angle: float) -> NDArray[np.float64]:
-    """(3, 3) strains 11, 22, 12 of a ply from zz, ss, zs, with fibres turned from z towards s (S-1)."""
+    """(3, 3) strains 11, 22, 12 of a ply from zz, ss, zs, with fibres turned from z towards s (B-1)."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
 
@@ -32,7 +33,7 @@ class Laminate:
 
     Attributes:
       ABD: (6, 6) forces per width zz, ss, zs [N] and moments [N m] from strains and curvatures.
-      wall: (4, 4) N_zz, N_zs, M_zz, M_zs from their strains (S-3).
+      wall: (4, 4) N_zz, N_zs, M_zz, M_zs from their strains (B-3).
       across: (2, 4) strain and curvature ss that follow.
       faces: (plies + 1,) [m] depths of the faces of the plies.
       mass: (3,) density times 1, depth, depth squared.
@@ -45,12 +46,15 @@ class Laminate:
     mass: Numbers
 
 
-def laminate(plies: Sequence[tuple[Ply, complex]], materials: Mapping[str, Material], *, closed: bool, curvature: float = 0.0) -> Laminate:
+def laminate(
+    plies: Sequence[tuple[Ply, complex]], materials: Mapping[str, Material], *, closed: bool, curvature: float = 0.0
+) -> Laminate:
     """Laminate of plies with their thickness [m], from the outside to the inside.
 
     Args:
       curvature: [1/m] of the wall towards n: plies are shorter there.
-      closed: the wall is part of a closed cell and keeps its curvature across the blade; otherwise M_ss = 0. N_ss = 0 in both.
+      closed: the wall is part of a closed cell and keeps its curvature across the blade; otherwise M_ss = 0. N_ss =
+        0 in both.
     """
     t = np.array([thickness for _, thickness in plies])
     faces = np.concatenate([[0.0], np.cumsum(t)]) - 0.5 * np.sum(t)
@@ -60,7 +64,7 @@ def laminate(plies: Sequence[tuple[Ply, complex]], materials: Mapping[str, Mater
         material, T = materials[ply.material], rotation(ply.angle)
         Q = T.T @ material.plane @ T
         powers = [(high**k - low**k) / k for k in (1, 2, 3, 4)]
-        m0, m1, m2 = (a - curvature * b for a, b in zip(powers, powers[1:], strict=False))
+        m0, m1, m2 = (a - curvature * b for a, b in itertools.pairwise(powers))
         ABD += np.block([[m0 * Q, m1 * Q], [m1 * Q, m2 * Q]])
         mass += material.density * np.array([m0, m1, m2])
     free = [1] if closed else [1, 4]

@@ -50,6 +50,11 @@ class Curve(Record):
         return bool(self.grid[0] - 1e-9 <= station <= self.grid[-1] + 1e-9)
 
 
+def constant(value: float) -> Curve:
+    """The same value from root to tip."""
+    return Curve(grid=np.array([0.0, 1.0]), values=np.array([value, value]))
+
+
 def _curve(value: Any) -> Any:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return {"grid": [0.0, 1.0], "values": [value, value]}
@@ -130,13 +135,12 @@ class Material(Record):
     @cached_property
     def stiffness(self) -> NDArray[np.float64]:
         """(6, 6) [Pa] stresses from strains, in the order 11, 22, 33, 23, 13, 12."""
-        return np.linalg.inv(self.compliance)
+        return np.asarray(np.linalg.inv(self.compliance), dtype=np.float64)
 
     @cached_property
     def plane(self) -> NDArray[np.float64]:
         """(3, 3) [Pa] stresses 11, 22, 12 from strains, where 33, 23 and 13 carry no stress."""
-        plane: NDArray[np.float64] = np.linalg.inv(self.compliance[np.ix_([0, 1, 5], [0, 1, 5])])
-        return plane
+        return np.asarray(np.linalg.inv(self.compliance[np.ix_([0, 1, 5], [0, 1, 5])]), dtype=np.float64)
 
 
 class Layer(Record):
@@ -146,12 +150,12 @@ class Layer(Record):
     material: str
     thickness: Along
     """[m]"""
-    angle: Along = Curve(grid=[0.0, 1.0], values=[0.0, 0.0])
+    angle: Along = constant(0.0)
     """[rad] of the fibres from the blade's axis: towards the leading edge on both sides, towards the pressure side on
     webs."""
-    start: Along = Curve(grid=[0.0, 1.0], values=[0.0, 0.0])
+    start: Along = constant(0.0)
     """Arc at which it begins: of the contour, or of the web from its suction side."""
-    end: Along = Curve(grid=[0.0, 1.0], values=[1.0, 1.0])
+    end: Along = constant(1.0)
     """Arc at which it ends."""
     web: str | None = None
     """The web that it belongs to."""
@@ -203,7 +207,7 @@ class Layup(Record):
     """[m]"""
     offset_y: Along
     """[m] distance of the leading edge from the reference axis, along the chord."""
-    offset_x: Along = Curve(grid=[0.0, 1.0], values=[0.0, 0.0])
+    offset_x: Along = constant(0.0)
     """[m] distance of the chord from the reference axis, towards the suction side."""
     thickness: Along
     """Thickness over chord, by which shapes are blended."""
@@ -219,7 +223,8 @@ class Layup(Record):
         for layer in self.layers:
             if layer.material not in self.materials:
                 raise ValueError(
-                    f"layer {layer.name}: no material {layer.material!r}: {did_you_mean(layer.material, self.materials)}"
+                    f"layer {layer.name}: no material {layer.material!r}: "
+                    f"{did_you_mean(layer.material, self.materials)}"
                 )
             if layer.web is not None and layer.web not in webs:
                 raise ValueError(f"layer {layer.name}: no web {layer.web!r}: {did_you_mean(layer.web, webs)}")
@@ -238,16 +243,15 @@ class Layup(Record):
         else:
             along, across = shapes[0].T
         chord = self.chord.at(station)
-        return np.stack(
-            [chord * across + self.offset_x.at(station), chord * along - self.offset_y.at(station)], axis=1
-        )
+        return np.stack([chord * across + self.offset_x.at(station), chord * along - self.offset_y.at(station)], axis=1)
 
     def section(self, station: float, factors: Mapping[str, complex] | None = None) -> Section:
         """The section at a station.
 
         Args:
           station: fraction of the span.
-          factors: factors of thickness by the name of a layer; complex ones carry a derivative through all that follows.
+          factors: factors of thickness by the name of a layer; complex ones carry a derivative through all that
+            follows.
 
         Raises:
           InputError: the station is outside the blade, a name is unknown, or there is no layer.

@@ -45,7 +45,10 @@ def plot_section(model: SectionModel) -> Figure:
     size = 0.07 * float(np.ptp(corners[:, 1]))
     spar = corners[_thickest(model, polygons)]
     edge = corners[int(np.argmax(corners[:, 1]))]
-    for ax, at, title in ((axes[1, 0], spar, "detail at the thickest wall"), (axes[1, 1], edge, "detail at the trailing edge")):
+    for ax, at, title in (
+        (axes[1, 0], spar, "detail at the thickest wall"),
+        (axes[1, 1], edge, "detail at the trailing edge"),
+    ):
         ax.set(xlim=(at[1] - size, at[1] + size), ylim=(at[0] - 0.55 * size, at[0] + 0.55 * size))
         heading(ax, title)
     patches = [Patch(facecolor=colour[name], edgecolor="none", label=name) for name in names]
@@ -99,9 +102,13 @@ def _draw(ax: Axes, polygons: list[Float], faces: list[str], *, lines: bool) -> 
 def _mark(ax: Axes, centres: Centres, corners: Float) -> None:
     for (name, marker, label), face in zip(POINTS, ("white", "white", INK), strict=True):
         x, y = getattr(centres, name).real
-        ax.plot(y, x, marker, ms=6.0, mfc=face, mec=INK, mew=1.2, ls="", label=f"{label} ({x:.3f}, {y:.3f}) m", zorder=5)
+        ax.plot(
+            y, x, marker, ms=6.0, mfc=face, mec=INK, mew=1.2, ls="", label=f"{label} ({x:.3f}, {y:.3f}) m", zorder=5
+        )
     ax.plot(0.0, 0.0, "+", ms=9.0, color=INK, mew=1.2, ls="", label="reference axis")
     x, y = centres.tension.real
     c, s = np.cos(centres.direction), np.sin(centres.direction)
     for dx, dy, length in ((s, c, 0.5 * np.ptp(corners[:, 1])), (c, -s, 0.7 * np.ptp(corners[:, 0]))):
-        ax.plot([y - length * dy, y + length * dy], [x - length * dx, x + length * dx], color=INK, lw=0.7, ls="--", zorder=4)
+        ax.plot(
+            [y - length * dy, y + length * dy], [x - length * dx, x + length * dx], color=INK, lw=0.7, ls="--", zorder=4
+        )

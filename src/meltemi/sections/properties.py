@@ -1,6 +1,7 @@
 """Stiffness of a section from the energy of its strains and warping, and what follows from it.
 
-Equations (S-n) are in ``docs/theory/sections.md``. Both models describe displacements of the section by beam strains and
+Equations (B-n) are in ``docs/theory/sections.md``. Both models describe displacements of the section by beam strains
+and
 by warping at nodes; they differ in the matrices of their strain energy only.
 """
 
@@ -24,7 +25,7 @@ Numbers = NDArray[Any]
 
 @dataclass(frozen=True)
 class Energy:
-    """Matrices of the strain energy of a section per length (S-4), for W degrees of freedom of warping.
+    """Matrices of the strain energy of a section per length (B-4), for W degrees of freedom of warping.
 
     Attributes:
       E, C, M: (W, W) sparse: warping with warping, with its derivative along the blade, derivative with derivative.
@@ -64,7 +65,7 @@ class SectionModel:
 
 
 def central_solution(energy: Energy, name: str) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-    """Stiffness of a section and its central solutions for six unit loads (S-6 to S-9).
+    """Stiffness of a section and its central solutions for six unit loads (B-6 to B-9).
 
     Returns:
       Stiffness (6, 6); by unit load warping (W, 6), its derivative along the blade (W, 6), beam strains (6, 6).
@@ -72,8 +73,12 @@ def central_solution(energy: Energy, name: str) -> tuple[Numbers, Numbers, Numbe
     Raises:
       InputError: parts of the section do not hold together.
     """
+    from scipy.sparse.csgraph import connected_components
     from scipy.sparse.linalg import splu
 
+    apart = f"{name}: the walls do not hold together: a part without connection, or walls in one line"
+    if connected_components(abs(energy.E.real) + abs(energy.C.real) > 0.0, directed=False)[0] > 1:
+        raise InputError(apart)
     free = np.setdiff1d(np.arange(energy.R.shape[0]), energy.pins)
     try:
         with np.errstate(all="ignore"):
@@ -81,7 +86,7 @@ def central_solution(energy: Energy, name: str) -> tuple[Numbers, Numbers, Numbe
             R, L = energy.R[free], energy.L[free]
             X = solve(R)
             S = energy.A - R.T @ X
-            # dT/dz = 0, dM/dz = -e_z x T (S-5)
+            # dT/dz = 0, dM/dz = -e_z x T (B-5)
             slope = np.zeros((6, 6))
             slope[3, 1], slope[4, 0] = 1.0, -1.0
             psi_1 = np.linalg.solve(S, slope)
@@ -91,14 +96,14 @@ def central_solution(energy: Energy, name: str) -> tuple[Numbers, Numbers, Numbe
             psi_0 = np.linalg.solve(S, np.eye(6) - L.T @ u_1 - R.T @ Y)
             u_0 = Y - X @ psi_0
     except (RuntimeError, np.linalg.LinAlgError):
-        raise InputError(f"{name}: the walls do not hold together: a part without connection, or walls in one line") from None
+        raise InputError(apart) from None
     flexibility = (
         u_0.T @ (energy.E[free][:, free] @ u_0 + C @ u_1 + R @ psi_0)
         + u_1.T @ (C.T @ u_0 + M @ u_1 + L @ psi_0)
         + psi_0.T @ (R.T @ u_0 + L.T @ u_1 + energy.A @ psi_0)
     )
     if not np.all(np.isfinite(flexibility)):
-        raise InputError(f"{name}: the walls do not hold together: a part without connection, or walls in one line")
+        raise InputError(apart)
     K = np.linalg.inv(flexibility)
     full_0, full_1 = (np.zeros((energy.R.shape[0], 6), dtype=u_0.dtype) for _ in range(2))
     full_0[free], full_1[free] = u_0, u_1
@@ -126,7 +131,7 @@ class Centres:
 
 
 def centres_of(stiffness: Numbers, mass: Numbers) -> Centres:
-    """Centres of a section (S-10 to S-13) from its matrices (6, 6)."""
+    """Centres of a section (B-10 to B-13) from its matrices (6, 6)."""
     F = np.linalg.inv(stiffness)
     shear = np.stack([-F[5, 1], F[5, 0]]) / F[5, 5]
     bend = np.stack([[F[3, 3], -F[3, 4]], [F[4, 3], -F[4, 4]]])
@@ -144,7 +149,7 @@ def centres_of(stiffness: Numbers, mass: Numbers) -> Centres:
 
 
 def mass_matrix(first: Numbers) -> Numbers:
-    """(6, 6) mass matrix from the integrals (6,) of density times 1, x, y, x^2, y^2, x y (S-14)."""
+    """(6, 6) mass matrix from the integrals (6,) of density times 1, x, y, x^2, y^2, x y (B-14)."""
     m, x, y, xx, yy, xy = first
     zero = 0.0 * m
     return np.array(

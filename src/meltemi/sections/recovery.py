@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from meltemi.sections.properties import SectionModel
 
 Numbers = NDArray[Any]
 
@@ -18,7 +15,8 @@ Numbers = NDArray[Any]
 class PlyStates:
     """Strains and stresses at points of the plies, by unit loads of the section.
 
-    The order of components is 11, 22, 33, 23, 13, 12 in the axes of the material, with engineering shear strains; that of
+    The order of components is 11, 22, 33, 23, 13, 12 in the axes of the material, with engineering shear strains;
+    that of
     loads is force along x, y, z, moment about x, y, z.
 
     Attributes:
@@ -40,10 +38,18 @@ class PlyStates:
         return np.einsum("qij,...j->...qi", self.strain, loads), np.einsum("qij,...j->...qi", self.stress, loads)
 
 
-def ply_states(model: SectionModel) -> PlyStates:
+class WithStates(Protocol):
+    """A model of a section that knows the states of its plies."""
+
+    def states(self) -> PlyStates:
+        """Strains and stresses of the plies by unit loads."""
+
+
+def ply_states(model: WithStates) -> PlyStates:
     """Strains and stresses of a section's plies, on their two faces (thin-walled) or in the middle of elements.
 
     Args:
-      model: of :func:`~meltemi.sections.thin_walled.thin_walled_section` or :func:`~meltemi.sections.elements.finite_element_section`.
+      model: of :func:`~meltemi.sections.thin_walled.thin_walled_section` or
+        :func:`~meltemi.sections.elements.finite_element_section`.
     """
     return model.states()

@@ -1,4 +1,4 @@
-"""Section of thin walls: membrane and bending of laminates, warping along the blade (S-15 to S-19).
+"""Section of thin walls: membrane and bending of laminates, warping along the blade (B-15 to B-19).
 
 On straight pieces of wall with warping linear between nodes the flow of shear from torsion is that of Bredt, in any
 number of cells, and that of transverse forces converges to Vlasov's with the square of the spacing.
@@ -6,6 +6,7 @@ number of cells, and that of transverse forces converges to Vlasov's with the sq
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,7 +93,7 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
     if not columns.closed:  # the bonded edge
         add(last, 0, list(walls[-1][1]), link=True)
     for w, web in enumerate(section.webs):
-        ends = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
+        ends: list[int] = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
         stack = [(i, ply.thickness) for i, ply in enumerate(section.plies) if ply.web == w]
         check_web(section, w)
         a, b = nodes[ends[0]], nodes[ends[1]]
@@ -102,8 +103,8 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
         n = max(int(np.sqrt(np.sum((b - a).real ** 2)) / shell.length * pieces), 4)
         line = [ends[0], *range(len(nodes), len(nodes) + n + 1), ends[1]]
         nodes += [inner[0] + f * (inner[1] - inner[0]) for f in np.linspace(0.0, 1.0, n + 1)]
-        for k, (i, j) in enumerate(zip(line, line[1:], strict=False)):
-            add(i, j, stack, link=k in (0, n + 1))
+        for k, (p, q) in enumerate(itertools.pairwise(line)):
+            add(p, q, stack, link=k in (0, n + 1))
     used, pairs = np.unique([pair for pair, *_ in walls], return_inverse=True)
     pairs = pairs.reshape(-1, 2)
     known: dict[Any, Laminate] = {}
@@ -206,10 +207,8 @@ def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
 SHEAR = np.array([0.0, 1.0, 0.0, 0.0])
 
 
-def strains(
-    mesh: Walls, wall: Wall, f: float
-) -> tuple[Numbers, Numbers, Numbers, Any, Numbers, Numbers]:
-    """Strains zz, zs and curvatures zz, zs at a fraction of a wall, from what moves it (S-16 to S-18).
+def strains(mesh: Walls, wall: Wall, f: float) -> tuple[Numbers, Numbers, Numbers, Any, Numbers, Numbers]:
+    """Strains zz, zs and curvatures zz, zs at a fraction of a wall, from what moves it (B-16 to B-18).
 
     Returns:
       (4, 6) by beam strains, (4, 2) by warping of its ends, (4, 2) by its derivative along the blade; length [m]; point

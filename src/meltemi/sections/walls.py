@@ -1,11 +1,13 @@
 """The shell of a section as columns of plies between nodes on its outer surface, for both models.
 
 Where the two sides meet at a sharp trailing edge, walls are thicker than the room between the surfaces. There the inner
-plies end on the line that shares this room between the sides in proportion to their thickness, and both are bonded along it.
+plies end on the line that shares this room between the sides in proportion to their thickness, and both are bonded
+along it.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -66,8 +68,8 @@ class Shell:
         x, y = contour.T
         if np.sum(x[:-1] * np.diff(y) - y[:-1] * np.diff(x)) >= 0.0:
             raise InputError(
-                f"{section.name}: the contour must run from the trailing edge along the suction side (x > 0) to the leading "
-                "edge, and back along the pressure side"
+                f"{section.name}: the contour must run from the trailing edge along the suction side (x > 0) to the "
+                "leading edge, and back along the pressure side"
             )
         self.section, self.contour, self.arc = section, contour, arcs(contour)
         self.length = float(np.sum(np.hypot(*np.diff(contour, axis=0).T)))
@@ -94,7 +96,8 @@ class Shell:
         return found[found < 1.0]
 
     def normal(self, s: Float, spacing: float) -> Float:
-        """(len(s), 2) direction inwards at arcs that are no corners, of the contour's slope over part of the spacing."""
+        """(len(s), 2) direction inwards at arcs that are no corners, of the contour's slope over part of the
+        spacing."""
         marks = np.concatenate([self.corners - 1.0, self.corners, self.corners + 1.0])
         clear = np.min(np.abs(s[:, None] - marks), axis=1) if len(marks) else np.ones(len(s))
         half = np.clip(0.99 * clear, 1e-6, 0.3 * spacing)
@@ -107,7 +110,9 @@ class Shell:
         """(plies,) place of each ply in the stack; plies that nowhere overlap share one."""
         slots: list[int] = []
         for k in range(len(self.plies)):
-            over = [slots[i] for i in range(k) if self.start[k] < self.end[i] - 1e-9 and self.start[i] < self.end[k] - 1e-9]
+            over = [
+                slots[i] for i in range(k) if self.start[k] < self.end[i] - 1e-9 and self.start[i] < self.end[k] - 1e-9
+            ]
             slots.append(1 + max(over, default=-1))
         return np.array(slots, dtype=np.intp)
 
@@ -172,9 +177,13 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
     edge = shell.edge
     ends = np.unique(np.concatenate([shell.start, shell.end]))
     step = RAMP * spacing
-    jumps = np.array([e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step]) % 1.0).real)[0]) > THINNEST])
+    jumps = np.array(
+        [e for e in ends if abs(np.diff(shell.total(np.array([e - step, e + step]) % 1.0).real)[0]) > THINNEST]
+    )
     if ramps:
-        ends = np.concatenate([ends, jumps - step, jumps + step])
+        turn = np.clip(2.0 * shell.total(shell.corners).real / shell.length, 0.06 * spacing, 0.5 * spacing)
+        beside = np.concatenate([jumps - step, jumps + step, shell.corners - turn, shell.corners + turn])
+        ends = np.concatenate([ends, beside % 1.0])
     low, high = (0.0, 1.0) if edge is None else (float(edge.suction[0]), float(edge.pressure[0]))
     fixed = np.concatenate([shell.corners, ends, [low, high]])
     if edge is not None:  # nodes of the two sides at the same y
@@ -206,7 +215,8 @@ def columns_of(shell: Shell, spacing: float, wanted: Sequence[Numbers], *, ramps
 
 
 def _spaced(points: Float, spacing: float, whole: Sequence[Float] = ()) -> Float:
-    """Sorted points, those closer than a twentieth of the spacing merged, with others between them but not within groups."""
+    """Sorted points, those closer than a twentieth of the spacing merged, with others between them but not within
+    groups."""
     points = np.unique(points)
     keep = [points[0]]
     for p in points[1:]:
@@ -215,7 +225,7 @@ def _spaced(points: Float, spacing: float, whole: Sequence[Float] = ()) -> Float
     keep[-1] = points[-1]
     all_points = np.unique(np.concatenate([keep, *whole]))
     pieces = [all_points[-1:]]
-    for a, b in zip(all_points, all_points[1:], strict=False):
+    for a, b in itertools.pairwise(all_points):
         inside = any(f[0] <= a and b <= f[-1] for f in whole)
         n = 1 if inside else max(int(np.ceil((b - a) / spacing - 1e-6)), 1)
         pieces.append(np.linspace(a, b, n, endpoint=False))
@@ -229,7 +239,7 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
     t /= np.hypot(*t.T)[:, None]
     normal = np.stack([t[:, 1], -t[:, 0]], axis=1)
     present = shell.present(0.5 * (s[1:] + s[:-1]).real)
-    some = present.any(axis=1)
+    some = np.any(present, axis=1)
     before, behind = np.roll(np.arange(len(s)), 1) - 1, np.arange(len(s))
     before[0], behind[-1] = (len(t) - 1, 0) if closed else (0, len(t) - 1)
     before = np.concatenate([[before[0]], np.arange(len(t))])
@@ -238,8 +248,7 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
     inward = normal[a] + normal[b]
     inward /= np.maximum(np.sum(inward * normal[a], axis=1), 0.2)[:, None]  # the mitre of a corner
     real = s.real
-    smooth = np.array([not np.any(np.abs(real_j - shell.corners) < 1e-9) for real_j in real % 1.0])
-    smooth &= some[before] & some[behind]
+    smooth = np.all(np.abs((real % 1.0)[:, None] - shell.corners) >= 1e-9, axis=1) & some[before] & some[behind]
     if not closed:
         smooth[[0, -1]] = False
     inward[smooth] = shell.normal(real[smooth], spacing)
@@ -266,12 +275,13 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
 
 
 def depths(shell: Shell, columns: Columns) -> Numbers:
-    """(J + 1, slots + 1) [m] depth of the interfaces at the nodes: means of the columns beside them, within their room."""
+    """(J + 1, slots + 1) [m] depth of the interfaces at the nodes: means of the columns beside them, within their
+    room."""
     slots = shell.slots
     stack = np.zeros((len(columns.present), int(slots.max(initial=-1)) + 1), dtype=shell.thickness.dtype)
     for k, slot in enumerate(slots):
         stack[:, slot] += columns.present[:, k] * shell.thickness[k]
-    some = columns.present.any(axis=1)
+    some = np.any(columns.present, axis=1)
     n = len(stack)
     before = np.concatenate([[n - 1 if columns.closed else 0], np.arange(n)])
     behind = np.concatenate([np.arange(n), [0 if columns.closed else n - 1]])
@@ -280,7 +290,9 @@ def depths(shell: Shell, columns: Columns) -> Numbers:
     depth = np.concatenate([np.zeros((len(depth), 1)), depth], axis=1)
     bonded = {i for pair in columns.bonded for i in pair}
     for j in range(len(depth)):
-        over = depth[j].real > (min(columns.room[j], depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j])
+        over = depth[j].real > (
+            min(columns.room[j], depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j]
+        )
         depth[j][over] = columns.room[j]
     return depth
 
@@ -294,6 +306,10 @@ def _crowded(shell: Shell, columns: Columns) -> list[int]:
     bad = np.flatnonzero((ratio < CROWDED) & columns.present.any(axis=1))
     nodes = [j for c in bad[np.argsort(ratio[bad])] for j in (int(c), int(c) + 1) if 0 < j < len(t)]
     corners = [j for j in range(len(columns.s)) if np.any(np.abs(columns.s[j].real - shell.corners) < 1e-9)]
-    close = [j for j in corners if any(0.0 < np.hypot(*(columns.outer[j] - columns.outer[i]).real) < depth[j] for i in corners)]
+    close = [
+        j
+        for j in corners
+        if any(0.0 < np.hypot(*(columns.outer[j] - columns.outer[i]).real) < depth[j] for i in corners)
+    ]
     # two corners close together become one, others stay
     return sorted((j for j in dict.fromkeys(nodes) if j in close or j not in corners), key=lambda j: j in close)

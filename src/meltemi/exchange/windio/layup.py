@@ -1,7 +1,9 @@
 """Layup of the blade of a windIO file, of version 2 (``structure``) or 1 (``internal_structure_2d_fem``).
 
-Arcs begin at the trailing edge on the suction side. In version 2 they are those of anchors, in version 1 of the layers and
-webs themselves. Both may give one end, or the middle, and a width. Fibre angles are positive towards the leading edge, in
+Arcs begin at the trailing edge on the suction side. In version 2 they are those of anchors, in version 1 of the
+layers and
+webs themselves. Both may give one end, or the middle, and a width. Fibre angles are positive towards the leading
+edge, in
 degrees (version 2) or radians (version 1); nu and G are listed as 12, 13, 23.
 """
 
@@ -37,7 +39,8 @@ def read_layup(path: str | Path) -> Layup:
       Shapes, webs, layers and materials; angles in radians.
 
     Raises:
-      InputError: the file is no windIO turbine, has no layup, or describes it in a way that is not read; the message names
+      InputError: the file is no windIO turbine, has no layup, or describes it in a way that is not read; the message
+        names
         the key.
     """
     return _Reader(load(Path(path), first=True)).layup()
@@ -78,8 +81,14 @@ class _Reader:
             "source": f"{tree.source} (windIO {1 if self.first else tree.get('windIO_version') or 2})",
         }
         if tree.get(f"{self.shape}.section_offset_x") is not None:
-            content["offset_x"] = self._curve(tree.need(f"{self.shape}.section_offset_x"), f"{self.shape}.section_offset_x")
-        bare = {"materials": {"none": dict.fromkeys("density E1 E2 E3 G12 G13 G23".split(), 1.0) | {"nu12": 0, "nu13": 0, "nu23": 0}}}
+            content["offset_x"] = self._curve(
+                tree.need(f"{self.shape}.section_offset_x"), f"{self.shape}.section_offset_x"
+            )
+        bare = {
+            "materials": {
+                "none": dict.fromkeys("density E1 E2 E3 G12 G13 G23".split(), 1.0) | {"nu12": 0, "nu13": 0, "nu23": 0}
+            }
+        }
         bare["layers"] = [{"name": "none", "material": "none", "thickness": 1.0}]  # type: ignore[assignment]
         self.base = validated(content | bare, Layup, tree.where)  # its contours make arcs of widths
         webs = as_entries(tree.get(f"{self.structure}.webs") or [{}], f"{tree.where}: {self.structure}.webs")
@@ -99,7 +108,9 @@ class _Reader:
             raise self._fail(where, f"expected grid and values, found {str(value)[:60]!r}")
         grid = as_numbers(value["grid"], f"{self.tree.where}: {where}.grid")
         if isinstance(value["values"], list) and value["values"] and isinstance(value["values"][0], list):
-            raise self._fail(where, "a thickness that varies round the section is not read; split the layer into several")
+            raise self._fail(
+                where, "a thickness that varies round the section is not read; split the layer into several"
+            )
         numbers = as_numbers(value["values"], f"{self.tree.where}: {where}.values", len(grid))
         if len(grid) < 2 or np.any(np.diff(grid) <= 0.0):
             raise self._fail(f"{where}.grid", "expected two or more numbers that increase")
@@ -157,8 +168,8 @@ class _Reader:
         where = f"{self.tree.where}: materials {name}"
         content: Content = {"density": as_number(m.get("rho"), f"{where}: rho")}
         if bool(m.get("orth")):
-            for key, ours in (("E", "E1 E2 E3"), ("G", "G12 G13 G23"), ("nu", "nu12 nu13 nu23")):
-                content |= dict(zip(ours.split(), as_numbers(m.get(key), f"{where}: {key}", 3).tolist(), strict=True))
+            for key, three in (("E", "E1 E2 E3"), ("G", "G12 G13 G23"), ("nu", "nu12 nu13 nu23")):
+                content |= dict(zip(three.split(), as_numbers(m.get(key), f"{where}: {key}", 3).tolist(), strict=True))
         else:
             E, nu = as_number(m.get("E"), f"{where}: E"), as_number(m.get("nu"), f"{where}: nu")
             content |= dict.fromkeys(("E1", "E2", "E3"), E) | dict.fromkeys(("nu12", "nu13", "nu23"), nu)
@@ -187,7 +198,9 @@ class _Reader:
         if layer.get("thickness") is not None:
             content["thickness"] = self._curve(layer["thickness"], f"{where}.thickness")
         elif layer.get("n_plies") is not None:
-            one = as_number(plies.get(material), f"{self.tree.where}: materials {material}: ply_t (for n_plies of {where})")
+            one = as_number(
+                plies.get(material), f"{self.tree.where}: materials {material}: ply_t (for n_plies of {where})"
+            )
             content["thickness"] = self._curve(layer["n_plies"], f"{where}.n_plies", one)
         else:
             raise self._fail(where, "thickness is missing")
@@ -206,7 +219,9 @@ class _Reader:
             content[ours] = self._arc(layer, handle, where, known)
         return content
 
-    def _arc(self, entry: Content, handle: str, where: str, anchors: dict[str, Content] | None = None, depth: int = 0) -> Content:
+    def _arc(
+        self, entry: Content, handle: str, where: str, anchors: dict[str, Content] | None = None, depth: int = 0
+    ) -> Content:
         """Curve of an arc: given, that of an anchor, or from another one and a width."""
         value = entry.get(handle)
         if depth > 20:
@@ -223,7 +238,9 @@ class _Reader:
         for key in ("offset_nd_arc", "offset_arc"):
             offset = entry.get(key)
             if isinstance(offset, dict) and offset.get("defines") == handle:
-                base = self._arc({handle: {"anchor": offset.get("anchor")}}, handle, f"{where}.{key}", anchors, depth + 1)
+                base = self._arc(
+                    {handle: {"anchor": offset.get("anchor")}}, handle, f"{where}.{key}", anchors, depth + 1
+                )
                 values = offset["values"] if isinstance(offset.get("values"), dict) else offset
                 return self._moved(base, self._curve(values, f"{where}.{key}"), 1.0, key == "offset_arc")
         if entry.get("width") is not None and (found := self._from_width(entry, handle, where, anchors, depth)):
@@ -231,10 +248,12 @@ class _Reader:
         if entry.get("plane_intersection") is not None or entry.get("offset_y_pa") is not None:
             raise self._fail(
                 f"{where}.{handle}",
-                "it is given by a plane only, which is not intersected with the surface here; write the arcs into the file, "
+                "it is given by a plane only, which is not intersected with the surface; write the arcs into the file, "
                 "grid and values, as the windIO examples of the IEA turbines and WISDEM do",
             )
-        raise self._fail(f"{where}.{handle}", "missing: expected grid and values, an anchor, or a width and another arc")
+        raise self._fail(
+            f"{where}.{handle}", "missing: expected grid and values, an anchor, or a width and another arc"
+        )
 
     def _from_width(self, entry: Content, handle: str, where: str, anchors: Any, depth: int) -> Content | None:
         width = self._curve(entry["width"], f"{where}.width")
