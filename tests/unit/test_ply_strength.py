@@ -12,7 +12,7 @@ from meltemi import InputError, Result, load_turbine
 from meltemi.postprocess.cycles import Cycles, rainflow_cycles
 from meltemi.sections.layup import Layer, Layup, Material, Ply, Section, Shape, Web, WebLine
 from meltemi.sections.recovery import ply_states
-from meltemi.sections.thin_walled import thin_walled
+from meltemi.sections.thin_walled import thin_walled_section
 from meltemi.simulation.channels import ChannelSet, catalogue
 from meltemi.strength.criteria import (
     bending_stiffness,
@@ -156,7 +156,7 @@ def tube(material: Material, angle: float = 0.0) -> Section:
 )
 def test_bending_of_an_isotropic_tube(load: int, where: tuple[float, float], sign: float) -> None:
     """A flapwise moment compresses the suction side, as M x / I; an edgewise one stretches the trailing edge."""
-    states = ply_states(thin_walled(tube(Material(**STEEL))))
+    states = ply_states(thin_walled_section(tube(Material(**STEEL))))
     M = np.zeros(6)
     M[load] = 1e6
     _, stress = states.under(M)
@@ -213,7 +213,7 @@ def test_a_single_isotropic_layer() -> None:
     wave = 1e6 * (1.0 + np.sin(2.0 * pi * 0.1 * np.linspace(0.0, 100.0, 1001)))
     result, turbine = run_of({4: wave})
     found = blade_strength([result], turbine, layup_of(strong), factors="none", load_factor=1.0, years=1.0)
-    model = thin_walled(layup_of(strong).section(0.0))
+    model = thin_walled_section(layup_of(strong).section(0.0))
     states = ply_states(model)
     stress = states.stress.real[:, 0, 4]
     wall = next(layer for layer in found.layers if layer.layer == "wall")
@@ -238,7 +238,7 @@ def test_a_single_isotropic_layer() -> None:
 
 def test_panels_between_webs() -> None:
     """Axial compression: N = F t / A in every wall; the panels of suction and pressure side are alike."""
-    model = thin_walled(layup_of(STEEL).section(0.0))
+    model = thin_walled_section(layup_of(STEEL).section(0.0))
     states, force = ply_states(model), -1e6
     area = model.stiffness[2, 2] / 210e9
     shell = [w for w, wall in enumerate(model.mesh.walls) if wall.web is None and not wall.link]

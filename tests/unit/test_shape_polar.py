@@ -85,7 +85,7 @@ def test_the_full_circle() -> None:
     assert lift[at] == pytest.approx(0.0, abs=1e-5)
     assert drag[at[1:3]] == pytest.approx(1.29, abs=1e-9)
     assert moment[at[1:3]] == pytest.approx([1.29 / 4.0, -1.29 / 4.0], abs=1e-9)  # the force at half the chord
-    assert np.abs(np.diff(lift)).max() < 0.35
+    assert np.abs(np.diff(lift)).max() < 0.7 * lift.max() / 15.0 * 5.0 + 1e-3  # from behind, in steps of 5 degrees
     assert np.abs(np.diff(drag)).max() < 0.15
     behind = np.radians(120.0) < FULL
     assert np.all(lift[behind][:-1] <= 0.0)

@@ -24,7 +24,7 @@ from meltemi.postprocess.cycles import rainflow_cycles
 from meltemi.sections.layup import Layup, Material
 from meltemi.sections.properties import SectionModel
 from meltemi.sections.recovery import PlyStates, ply_states
-from meltemi.sections.thin_walled import thin_walled
+from meltemi.sections.thin_walled import thin_walled_section
 from meltemi.simulation.result import Result
 from meltemi.strength.criteria import (
     MODES,
@@ -229,7 +229,8 @@ def blade_strength(  # noqa: PLR0913 - settings by name
     points: dict[float, tuple[Float, Float]] = {}
     unjudged: dict[str, None] = {}
     for place in sorted(set.intersection(*map(set, loads))):
-        model = thin_walled(layup.section(place / turbine.blade.length))
+        along = layup.position.values * turbine.blade.length / layup.position.values[-1]
+        model = thin_walled_section(layup.section(float(np.interp(place, along, layup.position.grid))))
         states, whole = ply_states(model), [each[place] for each in loads]
         extreme = [extreme_instants(each, states) for each in whole]
         at = [time[i] for time, i in zip(times, extreme, strict=True)]

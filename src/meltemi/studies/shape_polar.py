@@ -53,7 +53,7 @@ def polar_of_shape(
 
     Raises:
       InputError: the shape is open or crosses itself, or the Reynolds number is out of range.
-      MissingPackageError: NeuralFoil is not installed (``pip install meltemi[polars]``).
+      MissingPackageError: NeuralFoil is not installed.
     """
     shape = checked_shape(coordinates)
     if not REYNOLDS[0] <= number(reynolds, "polar_of_shape: reynolds") <= REYNOLDS[1]:
