@@ -241,7 +241,8 @@ def test_panels_between_webs() -> None:
     model = thin_walled_section(layup_of(STEEL).section(0.0))
     states, force = ply_states(model), -1e6
     area = model.stiffness[2, 2] / 210e9
-    shell = [w for w, wall in enumerate(model.mesh.walls) if wall.web is None and not wall.link]
+    of_shell = [model.section.plies[wall.plies[0][0]].web is None for wall in model.mesh.walls]
+    shell = [w for w, wall in enumerate(model.mesh.walls) if of_shell[w] and not wall.link]
     assert wall_forces(model, states)[shell, 2] == pytest.approx(0.02 / area, rel=2e-3)
     loads = np.zeros((3, 6))
     loads[:, 2] = 0.0, force, 0.5 * force
@@ -250,7 +251,8 @@ def test_panels_between_webs() -> None:
     D = 210e9 * 0.02**3 / 12.0 / (1.0 - 0.3**2)
     for panel in panels:
         assert panel.width == pytest.approx(0.2 * 2.0 * pi * 0.99, rel=0.02)
-        assert panel.critical == pytest.approx(4.0 * pi**2 * D / panel.width**2, rel=1e-6)
+        curved = (0.02 / 0.99) ** 2 / 12.0  # share by which laminates of curved walls differ
+        assert panel.critical == pytest.approx(4.0 * pi**2 * D / panel.width**2, rel=1.1 * curved)
         assert panel.load == pytest.approx(-force * 0.02 / area, rel=2e-3)
         assert panel.index == pytest.approx(2.0 * panel.load / panel.critical)
         assert panel.time == 1.0

@@ -7,9 +7,9 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
-import meltemi
 from meltemi import InputError
 from meltemi.studies.shape_polar import FULL, checked_shape, extended_polar, polar_of_shape, viterna
+from meltemi.turbine.definition import Airfoil
 
 HAS_NETWORK = find_spec("neuralfoil") is not None
 needs_network = pytest.mark.skipif(not HAS_NETWORK, reason="needs neuralfoil: pip install 'neuralfoil>=0.3.2,<0.4'")
@@ -89,7 +89,7 @@ def test_the_full_circle() -> None:
     assert np.abs(np.diff(drag)).max() < 0.15
     behind = np.radians(120.0) < FULL
     assert np.all(lift[behind][:-1] <= 0.0)
-    airfoil = meltemi.turbine.Airfoil(angle_of_attack=FULL, lift=lift, drag=drag, moment=moment)
+    airfoil = Airfoil(angle_of_attack=FULL, lift=lift, drag=drag, moment=moment)
     assert len(airfoil.lift) == len(FULL)
 
 

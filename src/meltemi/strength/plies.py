@@ -338,8 +338,9 @@ def panel_strength(
 ) -> list[PanelStrength]:
     """Buckling of the shell between neighbouring webs, as a long flat plate (G-15 to G-18)."""
     mesh, forces = model.mesh, wall_forces(model, states)
-    shell = [w for w, wall in enumerate(mesh.walls) if wall.web is None and not wall.link]
-    of_webs = {n for wall in mesh.walls if wall.web is not None for n in wall.nodes}
+    webs = [model.section.plies[wall.plies[0][0]].web is not None for wall in mesh.walls]
+    shell = [w for w, wall in enumerate(mesh.walls) if not webs[w] and not wall.link]
+    of_webs = {n for w, wall in enumerate(mesh.walls) if webs[w] for n in wall.nodes}
     leading = int(np.argmin(mesh.nodes[:, 1].real))
     parts: list[list[int]] = [[]]
     for w in shell:
