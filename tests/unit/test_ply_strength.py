@@ -232,6 +232,9 @@ def test_a_single_isotropic_layer() -> None:
     plain = blade_strength([result], turbine, layup_of(STEEL), factors="none")
     assert "m: no strengths along the fibres" in plain.warnings[0]
     assert np.isnan(plain.layers[0].index)
+    other = layup_of(STEEL).replace(position={"grid": [0.0, 1.0], "values": [0.0, 40.0]})
+    with pytest.raises(InputError, match="the layup of round is 40 m long, the blade of nrel5mw 61.5 m"):
+        blade_strength([result], turbine, other)
     with pytest.raises(InputError, match="factors 'iec'"):
         blade_strength([result], turbine, layup_of(STEEL), factors="iec")
 

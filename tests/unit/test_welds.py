@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import log10, pi
 from pathlib import Path
 
@@ -176,6 +177,10 @@ def test_factors_and_shares() -> None:
     safe = WeldPlan(factors="dnv-inaccessible", welds=(Weld(**given),))
     (found,), _ = weld_fatigue(results, NREL, safe, shares=(0.0, 1.0))
     assert found.utilisation == pytest.approx(3.0 * damage(plain, (0.0, 1.0)))
+    both_turbines = [results[0], replace(results[1], meta={"turbine": "other"})]
+    both_turbines[0].meta["turbine"] = "nrel5mw"
+    with pytest.raises(InputError, match="the results are of different turbines: nrel5mw, other"):
+        weld_fatigue(both_turbines, NREL, plain)
     for shares in ((0.5,), (0.8, 0.8), (-0.1, 0.5)):
         with pytest.raises(InputError, match="shares: expected 2"):
             damage(plain, shares)

@@ -57,8 +57,8 @@ def base_weld_fatigue(
       InputError: there is no such base, or it has no results of fatigue.
     """
     planned = plan_of(read_campaign(folder))
-    turbine = turbine or aeroelastic(load_turbine(planned.campaign.turbine), "meltemi stress")
-    results, known, years = read_results(planned, folder), tower_interfaces(turbine), planned.campaign.years
+    own = aeroelastic(load_turbine(planned.campaign.turbine), "meltemi stress")
+    results, known, years = read_results(planned, folder), tower_interfaces(own), planned.campaign.years
     plan, parts, repetitions = (
         station_welds(known, plan, factors),
         defaultdict[str, list[Cycles]](list),
@@ -77,7 +77,7 @@ def base_weld_fatigue(
     ]
     found = []
     for weld in plan.welds:
-        tube, words = tube_of(weld, turbine)
+        tube, words = tube_of(weld, turbine or own)
         warnings += [words] * bool(words)
         moments, loads_at = moments_at(weld, known, counted, curve_of(weld, plan.edition).m[0])
         if not moments:

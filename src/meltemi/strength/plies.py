@@ -5,6 +5,7 @@ Reference: docs/theory/strength.md.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -35,25 +36,20 @@ from meltemi.strength.criteria import (
     stress_indices,
     tsai_wu_index,
 )
-from meltemi.strength.welds import SIX, parts_of
+from meltemi.strength.welds import SIX, common, parts_of
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
 
 WAYS = 1000
 """Number of points whose stresses are directions in the space of loads in which instants are extreme, and of others."""
+LENGTH = 0.03
+"""Largest difference of the lengths of layup and blade."""
 LEAST_STRAIN = 1e-5
 """Strength over modulus below which strengths are in another unit."""
 COUNTED = 6
 """Points of a layer, those with the largest range of stress, at which its cycles are counted."""
-ROOT = (
-    "root_force_flap",
-    "root_force_edge",
-    "root_force_z",
-    "root_moment_edge",
-    "root_moment_flap",
-    "root_moment_torsion",
-)
+ROOT = "root_force_flap root_force_edge root_force_z root_moment_edge root_moment_flap root_moment_torsion".split()
 """Channels of the blade root in pitched axes, in the order of the six loads."""
 FILE = Path(__file__).with_name("blade_factors.yaml")
 
@@ -166,9 +162,8 @@ def blade_loads(
     part, structure = result.evaluated, turbine.blade.structure
     places = list((result.meta.get("stations") or {}).get("blade", ()) if stations is None else stations)
     names = {0.0: [f"{name}_{blade}" for name in ROOT]}
-    for n in sorted(
-        {int(name.split("_")[1]) for name in part.names if name.startswith("station_") and name.endswith(f"_{blade}")}
-    ):
+    ending = f"_moment_y_{blade}"
+    for n in sorted(int(name.split("_")[1]) for name in part.names if re.fullmatch(rf"station_\d+{ending}", name)):
         if n > len(places):
             raise InputError(f"the place of blade station {n} is not known: give those of all stations (--stations)")
         names[float(places[n - 1])] = [f"station_{n}_{load}_{blade}" for load in SIX]
@@ -178,11 +173,8 @@ def blade_loads(
             loads = np.stack([part[name] for name in channels], axis=1)
             twist = float(np.interp(place, structure.position, structure.twist))
             c, s = np.cos(twist), np.sin(twist)
-            for k in (0, 3):
-                loads[:, k], loads[:, k + 1] = (
-                    c * loads[:, k] - s * loads[:, k + 1],
-                    s * loads[:, k] + c * loads[:, k + 1],
-                )
+            turned = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+            loads = np.concatenate([loads[:, :3] @ turned.T, loads[:, 3:] @ turned.T], axis=1)
             found[place] = loads
     if not found:
         raise InputError(
@@ -217,10 +209,16 @@ def blade_strength(  # noqa: PLR0913 - settings by name
       stations: see :func:`blade_loads`.
 
     Raises:
-      InputError: loads are missing, there are no such factors, or a section cannot be modelled.
+      InputError: loads are missing, the layup is of another blade, there are no such factors, or a section cannot be
+        modelled.
     """
     if factors not in blade_factors():
         raise InputError(f"factors {factors!r}: {did_you_mean(factors, blade_factors())}")
+    length, described = turbine.blade.length, float(layup.position.values[-1])
+    if abs(described / length - 1.0) > LENGTH:
+        raise InputError(
+            f"the layup of {layup.name} is {described:.4g} m long, the blade of {turbine.name} {length:.4g} m"
+        )
     gamma, repeated = blade_factors()[factors], parts_of(results, shares, years)
     loads = [blade_loads(result, turbine, blade, stations) for result in results]
     times = [result.evaluated.time for result in results]
@@ -228,8 +226,8 @@ def blade_strength(  # noqa: PLR0913 - settings by name
     panels: list[PanelStrength] = []
     points: dict[float, tuple[Float, Float]] = {}
     unjudged: dict[str, None] = {}
-    for place in sorted(set.intersection(*map(set, loads))):
-        along = layup.position.values * turbine.blade.length / layup.position.values[-1]
+    for place in common(loads):
+        along = layup.position.values * length / described
         model = thin_walled_section(layup.section(float(np.interp(place, along, layup.position.grid))))
         states, whole = ply_states(model), [each[place] for each in loads]
         extreme = [extreme_instants(each, states) for each in whole]

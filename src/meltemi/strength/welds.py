@@ -217,12 +217,25 @@ def station_welds(known: Iterable[float], plan: WeldPlan | None, factors: str | 
     return plan if factors is None else plan.replace(factors=factors)
 
 
+def common(known: Sequence[Mapping[float, object]]) -> list[float]:
+    """Stations [m] that all results have.
+
+    Raises:
+      InputError: there are none.
+    """
+    if not (found := sorted(set.intersection(*map(set, known)))):
+        raise InputError("stress: the results have no station in common")
+    return found
+
+
 def parts_of(results: Sequence[Result], shares: Sequence[float] | None, years: float) -> Float:
     """(R,) how often the series of each result occurs in a lifetime [years], by shares of it; equal ones by default.
 
     Raises:
-      InputError: shares are not those of the results, or a result is too short.
+      InputError: shares are not those of the results, a result is too short, or their turbines differ.
     """
+    if len(turbines := {str(r.meta["turbine"]) for r in results if "turbine" in r.meta}) > 1:
+        raise InputError(f"stress: the results are of different turbines: {', '.join(sorted(turbines))}")
     p = np.full(len(results), 1.0 / max(len(results), 1)) if shares is None else np.asarray(shares, dtype=float)
     if p.shape != (len(results),) or np.any(p < 0.0) or not 0.0 < p.sum() <= 1.0 + 1e-9:
         raise InputError(f"shares: expected {len(results)}, one for each result, with a sum above 0 and up to 1")
@@ -260,7 +273,7 @@ def weld_fatigue(
       InputError: loads are missing, a weld does not fit the tower, or shares are not those of the results.
     """
     known, repeated = [tower_loads(result, turbine, stations) for result in results], parts_of(results, shares, years)
-    plan = station_welds(sorted(set.intersection(*map(set, known))), plan, factors)
+    plan = station_welds(common(known), plan, factors)
     angles = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
     found, warnings = [], []
     for weld in plan.welds:
