@@ -73,8 +73,8 @@ def test_a_width_and_one_end_give_the_other(trees: dict[str, Tree], layups: dict
     for name in ("TE_reinforcement_SS", "LE_reinforcement", "TE_SS_filler"):
         a, b = (next(layer for layer in x.layers if layer.name == name) for x in (layups["15-240"], other))
         for station in (0.2, 0.5):
-            assert b.start.at(station) == pytest.approx(a.start.at(station), abs=3e-3)
-            assert b.end.at(station) == pytest.approx(a.end.at(station), abs=3e-3)
+            assert b.start.at(station) == pytest.approx(a.start.at(station), abs=6e-3)  # its arcs of 0.75 m are up to 0.81 m long
+            assert b.end.at(station) == pytest.approx(a.end.at(station), abs=6e-3)  # its arcs of 0.75 m are up to 0.81 m long
 
 
 def test_layers_end_with_their_grid(layups: dict[str, Layup]) -> None:
@@ -85,7 +85,7 @@ def test_layers_end_with_their_grid(layups: dict[str, Layup]) -> None:
 
 
 def test_angles_are_towards_the_leading_edge(trees: dict[str, Tree]) -> None:
-    """Both caps at 7 deg: along the arc on the suction side, against it on the other; bending twists towards feather."""
+    """Both caps at 7 deg: along the arc on the suction side, against it on the other; bending twists to feather."""
 
     def turn(blade: dict[str, Any]) -> None:
         for layer in blade["structure"]["layers"]:
@@ -102,7 +102,7 @@ def test_angles_are_towards_the_leading_edge(trees: dict[str, Tree]) -> None:
 def test_the_axes_of_the_matrices(trees: dict[str, Tree], layups: dict[str, Layup]) -> None:
     """The schema calls K44 flapwise; in its own examples it is edgewise, as computed here from shape and layup.
 
-    A reader that followed the schema would exchange flap and edge: K44 and K55 differ by a factor of 2.4 and more at mid-span.
+    A reader that followed the schema would exchange flap and edge: they differ by a factor of 2.4 and more at mid-span.
     """
     for name, least in (("15-240", 2.5), ("22-280", 2.4)):
         K = _stiffness(trees[name], np.array([0.5]))[0]
