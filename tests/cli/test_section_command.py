@@ -16,7 +16,8 @@ offset_y: 0.5
 thickness: 0.3
 shapes: [{thickness: 0.3, coordinates: [[1, 0], [1, 0.15], [0, 0.15], [0, -0.15], [1, -0.15], [1, 0]]}]
 materials:
-  metal: {density: 2700, E1: 7e10, E2: 7e10, E3: 7e10, G12: 2.7e10, G13: 2.7e10, G23: 2.7e10, nu12: 0.3, nu13: 0.3, nu23: 0.3}
+  metal: {density: 2700, E1: 7e10, E2: 7e10, E3: 7e10, G12: 2.7e10, G13: 2.7e10, G23: 2.7e10,
+    nu12: 0.3, nu13: 0.3, nu23: 0.3}
 layers: [{name: wall, material: metal, thickness: {grid: [0, 1], values: [0.02, 0.01]}}]
 """
 

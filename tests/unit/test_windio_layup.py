@@ -60,7 +60,7 @@ def test_the_example_is_read(layups: dict[str, Layup]) -> None:
 
 
 def test_a_width_and_one_end_give_the_other(trees: dict[str, Tree], layups: dict[str, Layup]) -> None:
-    """The anchors of the example have both: arcs, and the width that they come from."""
+    """The anchors of the example have both: arcs, and widths (0.75 m where its arcs are up to 0.81 m long)."""
 
     def drop(blade: dict[str, Any]) -> None:
         for anchor in blade["structure"]["anchors"]:
@@ -73,8 +73,8 @@ def test_a_width_and_one_end_give_the_other(trees: dict[str, Tree], layups: dict
     for name in ("TE_reinforcement_SS", "LE_reinforcement", "TE_SS_filler"):
         a, b = (next(layer for layer in x.layers if layer.name == name) for x in (layups["15-240"], other))
         for station in (0.2, 0.5):
-            assert b.start.at(station) == pytest.approx(a.start.at(station), abs=6e-3)  # its arcs of 0.75 m are up to 0.81 m long
-            assert b.end.at(station) == pytest.approx(a.end.at(station), abs=6e-3)  # its arcs of 0.75 m are up to 0.81 m long
+            assert b.start.at(station) == pytest.approx(a.start.at(station), abs=6e-3)
+            assert b.end.at(station) == pytest.approx(a.end.at(station), abs=6e-3)
 
 
 def test_layers_end_with_their_grid(layups: dict[str, Layup]) -> None:
@@ -113,9 +113,8 @@ def test_the_axes_of_the_matrices(trees: dict[str, Tree], layups: dict[str, Layu
         assert made[3, 3] / made[4, 4] > least
         centres = [centres_of(M, _mass(trees[name], np.array([0.5]))[0]) for M in (made, K)]
         assert centres[0].tension == pytest.approx(centres[1].tension, abs=0.02)  # both to the same sides
-    from importlib.resources import files
-
-    text = (files("windIO") / "schemas" / "turbine" / "turbine_schema.yaml").read_text(encoding="utf-8")
+    schema = windio_file("IEA-15-240-RWT.yaml", "the tests").parents[2] / "schemas" / "turbine" / "turbine_schema.yaml"
+    text = schema.read_text(encoding="utf-8")
     assert "K44 corresponds to the flapwise stiffness" in text  # if not, the sentence in docs/guide/sections.md goes
 
 
