@@ -69,6 +69,7 @@ PAGES = (
     "docs/guide/air-and-rain.md",
     "docs/guide/yaw.md",
     "docs/guide/icing.md",
+    "docs/guide/sections.md",
     "docs/migrate/windio.md",
     "docs/migrate/openfast.md",
 )

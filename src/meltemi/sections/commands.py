@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import numpy as np
 
 from meltemi.app.signatures import Range
-from meltemi.app.terminal import OutOption, print_table, progress_bar, say, warn, write_figure, wrote
+from meltemi.app.terminal import OutOption, print_table, progress_bar, say, suggest, warn, write_figure, wrote
 from meltemi.core.errors import InputError
 
 if TYPE_CHECKING:
@@ -72,6 +72,7 @@ def section(
         f"Finite elements: {pieces} round the contour and one through each ply; fibres and normals follow the wall."
     )
     wrote(*files)
+    suggest("section", file, "--at", f"{stations[0]:g}", "--model", "elements", "--pieces", 2 * pieces)
 
 
 def read(file: Path) -> Layup:
@@ -130,16 +131,12 @@ def _print(station: float, layup: Layup, found: dict[str, SectionModel]) -> None
     for row in zip(*columns, strict=True):
         name, unit, first = row[0]
         scale, shown = (1e-6, f"M{unit}") if unit in ("N", "N m^2") else (1.0, unit)
-        cells = [number(scale * value) for _, _, value in row]
+        cells = [number(scale * value if abs(value) > 1e-5 * chord else 0.0) for _, _, value in row]
         if len(row) > 1:
             change = row[1][2] - first
-            relative = unit in ("N", "N m^2", "kg/m")
-            cells.append(
-                f"{100.0 * change / first:.1f} %"
-                if relative
-                else f"{100 * change / chord:.1f} % chord"
-                if unit == "m"
-                else f"{change:.2g}"
-            )
+            if unit == "m":
+                cells.append(f"{100.0 * change / chord:+.1f} % chord")
+            else:
+                cells.append(f"{change:+.2f}" if unit in ("deg", "-") else f"{100.0 * change / first:+.1f} %")
         rows.append([name, shown, *cells])
     print_table(f"{layup.name}: station {station:g}", head, rows, 2)

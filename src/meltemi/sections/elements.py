@@ -126,7 +126,9 @@ class _Grid:
     """Nodes and elements while they are made; the node of a place is known by a key."""
 
     def __init__(self, shell: Shell, columns: Columns, spacing: float) -> None:
-        self.shell, self.columns, self.section, self.spacing = shell, columns, shell.section, spacing
+        self.shell, self.columns, self.section = shell, columns, shell.section
+        middle = 0.5 * (columns.s[1:] + columns.s[:-1])
+        self.curved, self.across = at_arc(shell.contour, middle), shell.normal(middle.real, spacing)
         self.depth = depths(shell, columns)
         self.points: list[Numbers] = []
         self.known: dict[tuple[Any, ...], int] = {}
@@ -180,11 +182,9 @@ class _Grid:
         while k > 0 and not (self.thick[a, k - 1] or self.thick[b, k - 1]):
             k -= 1
         one, two = self.corner(a, k), self.corner(b, k)
-        s, outer = self.columns.s, self.columns.outer
-        curved = at_arc(self.shell.contour, 0.5 * (s[c] + s[c + 1]))[0]
+        outer, curved = self.columns.outer, self.curved[c]
         if self.columns.smooth[c] and self.columns.smooth[c + 1]:
-            normal = self.shell.normal(0.5 * (s[c : c + 1] + s[c + 1 : c + 2]).real, self.spacing)[0]
-            point = curved + 0.5 * (self.depth[a, k] + self.depth[b, k]) * normal
+            point = curved + 0.5 * (self.depth[a, k] + self.depth[b, k]) * self.across[c]
         else:
             point = 0.5 * (self.points[one] + self.points[two])
             sag = curved - 0.5 * (outer[c] + outer[c + 1])

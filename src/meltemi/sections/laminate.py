@@ -27,6 +27,12 @@ def rotation(angle: float) -> NDArray[np.float64]:
     return np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2.0 * c * s, 2.0 * c * s, c * c - s * s]])
 
 
+def turned(material: Material, angle: float) -> NDArray[np.float64]:
+    """(3, 3) [Pa] stresses zz, ss, zs of a ply from its strains."""
+    T = rotation(angle)
+    return T.T @ material.plane @ T
+
+
 @dataclass(frozen=True)
 class Laminate:
     """Stiffness and mass of a wall about its middle.
@@ -61,12 +67,15 @@ def laminate(
     ABD = np.zeros((6, 6), dtype=faces.dtype)
     mass = np.zeros(3, dtype=faces.dtype)
     for (ply, _), low, high in zip(plies, faces[:-1], faces[1:], strict=True):
-        material, T = materials[ply.material], rotation(ply.angle)
-        Q = T.T @ material.plane @ T
+        material = materials[ply.material]
+        Q = turned(material, ply.angle)
         powers = [(high**k - low**k) / k for k in (1, 2, 3, 4)]
         m0, m1, m2 = (a - curvature * b for a, b in itertools.pairwise(powers))
-        ABD += np.block([[m0 * Q, m1 * Q], [m1 * Q, m2 * Q]])
+        ABD[:3, :3] += m0 * Q
+        ABD[:3, 3:] += m1 * Q
+        ABD[3:, 3:] += m2 * Q
         mass += material.density * np.array([m0, m1, m2])
+    ABD[3:, :3] = ABD[:3, 3:]
     free = [1] if closed else [1, 4]
     found = -np.linalg.solve(ABD[np.ix_(free, free)], ABD[np.ix_(free, HELD)])
     wall = ABD[np.ix_(HELD, HELD)] + ABD[np.ix_(HELD, free)] @ found

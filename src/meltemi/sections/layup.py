@@ -267,7 +267,8 @@ class Layup(Record):
         webs = [web for web in self.webs if web.start.covers(station)]
         order = {web.name: i for i, web in enumerate(webs)}
         s = arcs(contour)
-        leading = float(s[np.argmin(contour[:, 1])])
+        y = contour[:, 1]
+        leading = float(np.mean(s[y <= y.min() + 1e-6 * np.ptp(y)]))
         plies: list[Ply] = []
         for layer in self.layers:
             thickness = layer.thickness.at(station)

@@ -44,7 +44,7 @@ def plot_section(model: SectionModel) -> Figure:
     heading(whole, "seen from the root; crosses at the tension centre: principal axes")
     size = 0.07 * float(np.ptp(corners[:, 1]))
     spar = corners[_thickest(model, polygons)]
-    edge = corners[int(np.argmax(corners[:, 1]))]
+    edge = corners[int(np.argmax(corners[:, 1]))] - [0.0, 0.7 * size]
     for ax, at, title in (
         (axes[1, 0], spar, "detail at the thickest wall"),
         (axes[1, 1], edge, "detail at the trailing edge"),

@@ -156,46 +156,36 @@ def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
     from scipy.sparse import csr_matrix
 
     mesh = walls_of(section, pieces)
-    count = len(mesh.nodes)
-    kind = np.result_type(mesh.nodes, *(wall.laminate.ABD for wall in mesh.walls))
-    values: dict[str, list[Numbers]] = {"E": [], "C": [], "M": []}
-    R, L = np.zeros((count, 6), dtype=kind), np.zeros((count, 6), dtype=kind)
-    A, first = np.zeros((6, 6), dtype=kind), np.zeros(6, dtype=kind)
-    ply_mass = np.zeros(len(section.plies), dtype=kind)
-    for wall in mesh.walls:
-        at = list(wall.nodes)
-        parts = {name: np.zeros((2, 2), dtype=kind) for name in values}
-        S = wall.laminate.wall
-        for f in GAUSS:
-            SZ, B, SN, ds, point, n = strains(mesh, wall, f)
-            weight = 0.5 * ds
-            Q = S * (np.outer(SHEAR, SHEAR) if wall.link else 1.0)
-            parts["E"] += weight * B.T @ Q @ B
-            parts["C"] += weight * B.T @ Q @ SN
-            parts["M"] += weight * SN.T @ Q @ SN
-            R[at] += weight * B.T @ Q @ SZ
-            L[at] += weight * SN.T @ Q @ SZ
-            A += weight * SZ.T @ Q @ SZ
-            if not wall.link:
-                (x, y), (nx, ny), (m0, m1, m2) = point, n, wall.laminate.mass
-                first += weight * np.array(
-                    [
-                        *(m0, m0 * x + m1 * nx, m0 * y + m1 * ny),
-                        m0 * x * x + 2.0 * m1 * x * nx + m2 * nx * nx,
-                        m0 * y * y + 2.0 * m1 * y * ny + m2 * ny * ny,
-                        m0 * x * y + m1 * (x * ny + y * nx) + m2 * nx * ny,
-                    ]
-                )
-                faces = wall.laminate.faces
-                for (i, t), low, high in zip(wall.plies, faces[:-1], faces[1:], strict=True):
-                    length = 1.0 - 0.5 * wall.curvature * (low + high)
-                    ply_mass[i] += weight * length * t * section.materials[section.plies[i].material].density
-        for name, part in parts.items():
-            values[name].append(part.ravel())
-    pairs = np.array([wall.nodes for wall in mesh.walls])
+    count, pairs = len(mesh.nodes), np.array([wall.nodes for wall in mesh.walls])
+    link = np.array([wall.link for wall in mesh.walls])
+    S = np.stack([wall.laminate.wall for wall in mesh.walls])
+    S[link] *= np.outer(SHEAR, SHEAR)
+    m = np.where(link, 0.0, np.stack([wall.laminate.mass for wall in mesh.walls]).T)
+    parts: dict[str, Any] = dict.fromkeys("ECMRLA", 0.0)
+    first: Any = 0.0
+    for f in GAUSS:
+        SZ, B, SN, ds, (x, y), (nx, ny) = strains(mesh, f)
+        Bt, St, Zt = (0.5 * ds[:, None, None] * each.transpose(0, 2, 1) for each in (B, SN, SZ))
+        products = (Bt @ S @ B, Bt @ S @ SN, St @ S @ SN, Bt @ S @ SZ, St @ S @ SZ, Zt @ S @ SZ)
+        parts = {name: parts[name] + product for name, product in zip(parts, products, strict=True)}
+        moments = (m[0], m[0] * x + m[1] * nx, m[0] * y + m[1] * ny)
+        squares = tuple(
+            m[0] * p * q + m[1] * (p * v + q * u) + m[2] * u * v
+            for p, u, q, v in ((x, nx, x, nx), (y, ny, y, ny), (x, nx, y, ny))
+        )
+        first = first + 0.5 * np.stack(moments + squares) @ ds
+    ply_mass = np.zeros(len(section.plies), dtype=S.dtype)
+    for wall, length in zip(mesh.walls, ds, strict=True):
+        faces = wall.laminate.faces
+        for (i, t), low, high in zip(() if wall.link else wall.plies, faces[:-1], faces[1:], strict=False):
+            share = 1.0 - 0.5 * wall.curvature * (low + high)
+            ply_mass[i] += length * share * t * section.materials[section.plies[i].material].density
     rows, cols = np.repeat(pairs, 2, axis=1).ravel(), np.tile(pairs, 2).ravel()
-    sparse = {k: csr_matrix((np.concatenate(v), (rows, cols)), shape=(count, count)) for k, v in values.items()}
-    energy = Energy(**sparse, R=R, L=L, A=A, pins=far_apart(mesh.nodes.real))
+    sparse = {k: csr_matrix((parts[k].ravel(), (rows, cols)), shape=(count, count)) for k in "ECM"}
+    R, L = (np.zeros((count, 6), dtype=S.dtype) for _ in range(2))
+    np.add.at(R, pairs, parts["R"])
+    np.add.at(L, pairs, parts["L"])
+    energy = Energy(**sparse, R=R, L=L, A=np.sum(parts["A"], axis=0), pins=far_apart(mesh.nodes.real))
     K, u_0, u_1, psi = central_solution(energy, section.name)
 
     def states() -> PlyStates:
@@ -207,32 +197,29 @@ def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
 SHEAR = np.array([0.0, 1.0, 0.0, 0.0])
 
 
-def strains(mesh: Walls, wall: Wall, f: float) -> tuple[Numbers, Numbers, Numbers, Any, Numbers, Numbers]:
-    """Strains zz, zs and curvatures zz, zs at a fraction of a wall, from what moves it (B-16 to B-18).
+def strains(mesh: Walls, f: float) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]:
+    """Strains zz, zs and curvatures zz, zs at a fraction of all W walls, from what moves them (B-16 to B-18).
 
     Returns:
-      (4, 6) by beam strains, (4, 2) by warping of its ends, (4, 2) by its derivative along the blade; length [m]; point
-      (2,) [m]; direction n (2,).
+      (W, 4, 6) by beam strains, (W, 4, 2) by warping of the ends, (W, 4, 2) by its derivative along the blade; lengths
+      (W,) [m]; points (2, W) [m]; directions n (2, W).
     """
-    a, b = mesh.ends(wall)
-    ds = np.sqrt(np.sum((b - a) ** 2))
+    pairs = np.array([wall.nodes for wall in mesh.walls])
+    turn = np.array([wall.curvature for wall in mesh.walls])
+    a, b = mesh.nodes[pairs[:, 0]].T, mesh.nodes[pairs[:, 1]].T
+    ds = np.sqrt(np.sum((b - a) ** 2, axis=0))
     tx, ty = (b - a) / ds
     x, y = point = a + f * (b - a)
-    nx, ny = n = np.array([ty, -tx])
-    zero = 0.0 * ds
-    SZ = np.array(
-        [
-            [zero, zero, 1.0, y, -x, zero],
-            [tx, ty, zero, zero, zero, x * ty - y * tx],
-            [zero, zero, zero, ny, -nx, zero],
-            [zero, zero, zero, zero, zero, 2.0],
-        ]
-    )
-    B, SN = np.zeros((4, 2), dtype=SZ.dtype), np.zeros((4, 2), dtype=SZ.dtype)
-    B[1] = -1.0 / ds, 1.0 / ds
-    SN[0] = 1.0 - f, f
-    SZ[3] += wall.curvature * SZ[1]
-    B[3] = wall.curvature * B[1]
+    nx, ny = n = np.stack([ty, -tx])
+    SZ, B, SN = (np.zeros((len(pairs), 4, m), dtype=ds.dtype) for m in (6, 2, 2))
+    SZ[:, 0, 2], SZ[:, 0, 3], SZ[:, 0, 4] = 1.0, y, -x
+    SZ[:, 1, 0], SZ[:, 1, 1], SZ[:, 1, 5] = tx, ty, x * ty - y * tx
+    SZ[:, 2, 3], SZ[:, 2, 4] = ny, -nx
+    B[:, 1, 0], B[:, 1, 1] = -1.0 / ds, 1.0 / ds
+    SN[:, 0] = 1.0 - f, f
+    SZ[:, 3] = turn[:, None] * SZ[:, 1]
+    SZ[:, 3, 5] += 2.0
+    B[:, 3] = turn[:, None] * B[:, 1]
     return SZ, B, SN, ds, point, n
 
 
@@ -248,12 +235,12 @@ def far_apart(nodes: NDArray[np.float64]) -> NDArray[np.intp]:
 def _states(section: Section, mesh: Walls, u_0: Numbers, u_1: Numbers, psi: Numbers) -> PlyStates:
     """Plies on both of their faces in the middle of each wall."""
     ply, where, position, strain, stress = [], [], [], [], []
-    for w, wall in enumerate(mesh.walls):
+    SZ, B, SN, _, points, n = strains(mesh, 0.5)
+    pairs = np.array([wall.nodes for wall in mesh.walls])
+    all_held = SZ @ psi + B @ u_0[pairs] + SN @ u_1[pairs]
+    for w, (wall, held) in enumerate(zip(mesh.walls, all_held, strict=True)):
         if wall.link:
             continue
-        SZ, B, SN, _, point, n = strains(mesh, wall, 0.5)
-        at = list(wall.nodes)
-        held = SZ @ psi + B @ u_0[at] + SN @ u_1[at]
         free = wall.laminate.across @ held
         membrane, curvature = np.stack([held[0], free[0], held[1]]), np.stack([held[2], free[1], held[3]])
         for (i, _), *faces in zip(wall.plies, wall.laminate.faces[:-1], wall.laminate.faces[1:], strict=True):
@@ -264,7 +251,7 @@ def _states(section: Section, mesh: Walls, u_0: Numbers, u_1: Numbers, psi: Numb
                 inside[[0, 1, 5]] = material.plane @ plane
                 ply.append(i)
                 where.append(w)
-                position.append(point + depth * n)
+                position.append(points[:, w] + depth * n[:, w])
                 stress.append(inside)
                 strain.append(material.compliance @ inside)
     return PlyStates(np.array(ply), np.array(where), np.array(position), np.array(strain), np.array(stress))

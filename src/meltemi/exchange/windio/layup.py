@@ -211,8 +211,10 @@ class _Reader:
             content["web"] = str(web)
             if self.first:
                 return content
-            inner = [w for w in self.tree.entries(f"{self.structure}.webs") if w.get("name") == web]
-            known = {str(a.get("name")): a for w in inner for a in w.get("anchors") or []}
+            webs = {str(w.get("name")): w for w in self.tree.entries(f"{self.structure}.webs")}
+            if web not in webs:
+                raise self._fail(where, f"no web {web!r}: {did_you_mean(str(web), webs)}")
+            known = {str(a.get("name")): a for a in webs[web].get("anchors") or []}
         else:
             known = None
         for handle, ours in zip(ENDS, ("start", "end"), strict=True):
@@ -269,6 +271,8 @@ class _Reader:
         step = factor * np.interp(grid, *by.values())
         if metres:
             assert self.base is not None
+            grid = np.union1d(grid, self.base.chord.grid)  # the contour's length changes between
+            step = factor * np.interp(grid, *by.values())
             contours = [self.base.contour(float(x)) for x in grid]
             step /= [float(np.sum(np.hypot(*np.diff(c, axis=0).T))) for c in contours]
         return {"grid": grid, "values": np.clip(np.interp(grid, *base.values()) + step, 0.0, 1.0)}
