@@ -39,7 +39,7 @@ LADSON = np.array(
 
 
 @needs_network
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore")  # of packages that it brings
 def test_measured_naca_0012() -> None:
     polar = polar_of_shape(naca_0012(), 6e6, trip=0.05)

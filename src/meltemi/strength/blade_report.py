@@ -19,10 +19,11 @@ SHOWN = 7
 """Largest number of layers that are drawn over the span: those with the largest index."""
 TOP = 1e6
 """Largest damage that is drawn."""
-LAYERS = "station [m],layer,material,stress,strain,Tsai-Wu,index,margin,mode,result,time [s],x [m],y [m],damage".split(
-    ","
+LAYERS = "station [m]|layer|material|stress|strain|Tsai-Wu|index|margin|mode|result|time [s]|x [m]|y [m]|damage".split(
+    "|"
 )
 PANELS = "station [m],panel,width [m],critical [kN/m],compression [kN/m],index,margin,result,time [s]".split(",")
+WORST = "station [m]|worst layer|mode|index|margin|time [s]|buckling|damage|of layer|result".split("|")
 
 
 def margin(index: float) -> str:
@@ -55,19 +56,7 @@ def worst_rows(strength: BladeStrength, names: Sequence[str]) -> Rows:
                 number(buckling) if buckling == buckling else "",
             ]
             rows.append([number(place), x.layer, x.mode, *judged, number(tired.damage), tired.layer, names[x.result]])
-    head = [
-        "station [m]",
-        "worst layer",
-        "mode",
-        "index",
-        "margin",
-        "time [s]",
-        "buckling",
-        "damage",
-        "of layer",
-        "result",
-    ]
-    return head, rows
+    return list(WORST), rows
 
 
 def panel_rows(strength: BladeStrength, names: Sequence[str]) -> Rows:
@@ -99,9 +88,8 @@ def plot_blade_strength(strength: BladeStrength, title: str = "") -> Figure:
             look = looks.setdefault(name, curve(len(looks)) | {"markersize": 3.5})
             ax.plot(places, values, label=name, **look)
         ax.axhline(1.0, color=INK, linewidth=0.8, linestyle="--")
-        ax.set_xlabel("distance from the root [m]")
     for side, line in (("suction side", "-"), ("pressure side", "--")):
-        of_side = [p for p in strength.panels if p.station == p.station and p.side == side]
+        of_side = [p for p in strength.panels if p.side == side]
         if of_side:
             look = {"color": FAINT, "linestyle": line, "linewidth": 2.2, "zorder": 1.5}
             span.plot([p.station for p in of_side], [p.index for p in of_side], label=f"buckling, {side}", **look)

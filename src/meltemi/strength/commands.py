@@ -54,12 +54,9 @@ def stress(
                 raise InputError(f"{option}: not with a load base, which has cycles, weights and stations of its own")
         from meltemi.strength.load_base import base_weld_fatigue
 
-        described = _turbine(turbine) if turbine else None
-        _welds(
-            *base_weld_fatigue(results[0], plan, turbine=described, factors=factors),
-            f"{results[0].name}: welds of the tower over the lifetime",
-            out,
-        )
+        other = _turbine(turbine) if turbine else None
+        found = base_weld_fatigue(results[0], plan, turbine=other, factors=factors)
+        _welds(*found, f"{results[0].name}: welds of the tower over the lifetime", out)
         suggest("loads", "report", results[0])
         return
     read = [meltemi.read_result(path) for path in results]

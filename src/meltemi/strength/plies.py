@@ -297,11 +297,7 @@ def layer_strength(  # noqa: PLR0913 - one layer of one station
     material = model.section.materials[label]
     by_mode = load_factor * np.array([prod(gamma.ultimate), prod(gamma.interfibre), prod(gamma.interfibre)])
     part = PlyStates(
-        states.ply[inside],
-        states.wall[inside],
-        states.position[inside],
-        states.strain[inside].real,
-        states.stress[inside].real,
+        *(x[inside].real for x in (states.ply, states.wall, states.position, states.strain, states.stress))
     )
     best, point_index, largest = (-1.0, "", 0, 0.0, 0), np.zeros(len(inside)), np.zeros(3)
     low, high = np.full(len(inside), inf), np.full(len(inside), -inf)
