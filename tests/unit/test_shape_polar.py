@@ -48,7 +48,7 @@ def test_measured_naca_0012() -> None:
     assert np.abs(found[0] - lift).max() < 0.08
     assert np.abs(found[1] / drag - 1.0).max() < 0.12
     assert polar.relative_thickness == pytest.approx(0.12, abs=1e-3)
-    assert "trip 0.05; Viterna beyond" in polar.source
+    assert "trip 0.05, confidence 0." in polar.source
     up, down = (np.interp(angle, polar.angle_of_attack, polar.lift) for angle in (0.1, -0.1))
     assert up == pytest.approx(-down, abs=1e-3)  # a symmetric airfoil
     upside_down = polar_of_shape(naca_0012()[::-1], 6e6, trip=0.05)

@@ -74,6 +74,7 @@ def polar_of_shape(
     low, high = stall_limits(lift)
     part = slice(low, high + 1)
     cl, cd, cm = extended_polar(SEARCH[part], lift[part], drag[part], moment[part], aspect_ratio)
+    sure = float(np.min(np.asarray(found["analysis_confidence"])[part]))
     thickness = float(np.ptp(np.stack(sides(shape)), axis=0).max())
     return Airfoil(
         angle_of_attack=FULL,
@@ -81,7 +82,7 @@ def polar_of_shape(
         drag=cd,
         moment=cm,
         relative_thickness=round(thickness, 4),
-        source=f"NeuralFoil {NETWORK}, Re {float(reynolds):.3g}, n_crit {n_crit:g}, trip {trip:g}; Viterna beyond "
+        source=f"NeuralFoil {NETWORK}, Re {float(reynolds):.3g}, n_crit {n_crit:g}, trip {trip:g}, confidence {sure:.2f}; Viterna beyond "
         f"{np.degrees(SEARCH[low]):.1f} and {np.degrees(SEARCH[high]):.1f} deg",
     )
 
