@@ -82,8 +82,8 @@ def polar_of_shape(
         drag=cd,
         moment=cm,
         relative_thickness=round(thickness, 4),
-        source=f"NeuralFoil {NETWORK}, Re {float(reynolds):.3g}, n_crit {n_crit:g}, trip {trip:g}, confidence {sure:.2f}; "
-        f"Viterna beyond {np.degrees(SEARCH[low]):.1f} and {np.degrees(SEARCH[high]):.1f} deg",
+        source=f"NeuralFoil {NETWORK}, Re {float(reynolds):.3g}, n_crit {n_crit:g}, trip {trip:g}, confidence "
+        f"{sure:.2f}; Viterna beyond {np.degrees(SEARCH[low]):.1f} and {np.degrees(SEARCH[high]):.1f} deg",
     )
 
 
