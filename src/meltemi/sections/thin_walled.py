@@ -103,8 +103,8 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
         n = max(int(np.sqrt(np.sum((b - a).real ** 2)) / shell.length * pieces), 4)
         line = [ends[0], *range(len(nodes), len(nodes) + n + 1), ends[1]]
         nodes += [inner[0] + f * (inner[1] - inner[0]) for f in np.linspace(0.0, 1.0, n + 1)]
-        for k, (p, q) in enumerate(itertools.pairwise(line)):
-            add(p, q, stack, link=k in (0, n + 1))
+        for piece, (p, q) in enumerate(itertools.pairwise(line)):
+            add(p, q, stack, link=piece in (0, n + 1))
     used, pairs = np.unique([pair for pair, *_ in walls], return_inverse=True)
     pairs = pairs.reshape(-1, 2)
     known: dict[Any, Laminate] = {}
