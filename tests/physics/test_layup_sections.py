@@ -191,9 +191,8 @@ def test_published_pipe():
 def test_sign_of_bend_twist_coupling(model):
     """Fibres of both sides towards the leading edge: bending downwind, x, twists towards feather, about -z.
 
-    Pressure sides are in tension when the blade bends downwind, and a layer in tension turns its fibres towards the
-    load:
-    on the pressure side, x < 0, material at larger z moves towards y > 0 ... so that the section turns about -z.
+    The pressure side is in tension then. A layer in tension turns its fibres towards the load: with fibres towards
+    -y its shear strain is positive from z to y. At x < 0 torsion gives it x kappa_z, so that kappa_z is negative.
     """
     w, h = 1.0, 0.3
     a0, a1, b0, b1 = sides(w, h)
