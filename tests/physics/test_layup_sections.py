@@ -235,6 +235,25 @@ def test_both_models_agree_on_a_blade_like_box():
         assert a == pytest.approx(b, rel=0.01)
 
 
+def test_bonded_trailing_edge():
+    """A wedge: both sides meet where the room between them is that of their walls, and the cell of shear ends there."""
+    h, t = 0.1, 0.005
+    contour = np.array([[0.0, 1.0], [h, 0.0], [h, -0.2], [-h, -0.2], [-h, 0.0], [0.0, 1.0]])
+    plies = tuple(Ply(name, "metal", t, 0.0) for name in ("outer", "inner"))
+    walls, elements = (
+        f(Section("wedge", contour, plies, (), {"metal": isotropic()}))
+        for f in (thin_walled_section, finite_element_section)
+    )
+    y = np.linspace(2.0 * t - 0.2, 1.0, 20001)
+    hollow = 2.0 * np.clip(np.minimum(h - 2.0 * t, (1.0 - y) * h - 2.0 * t * np.hypot(1.0, h)), 0.0, None)
+    area = 1.4 * h - np.sum(hollow[1:] + hollow[:-1]) * 0.5 * (y[1] - y[0])
+    for model in (walls, elements):
+        assert model.mass[0, 0] == pytest.approx(RHO * area, rel=5e-3)
+    torsion = [1.0 / np.linalg.inv(model.stiffness)[5, 5] for model in (walls, elements)]
+    assert torsion[0] == pytest.approx(torsion[1], rel=0.01)
+    assert np.diag(walls.stiffness) == pytest.approx(np.diag(elements.stiffness), rel=0.025)
+
+
 def test_plate_strip_against_lamination_theory():
     """A wide strip of off-axis plies: bending and the twist that goes with it by the inverse of D (free edges)."""
     width, t = 1.0, 0.01

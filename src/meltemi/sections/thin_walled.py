@@ -90,8 +90,9 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
             turn = -np.dot(columns.inward[c + 1] - columns.inward[c], t) / np.dot(t, t)
             smooth = columns.smooth[c] and columns.smooth[c + 1]
             add(c, 0 if columns.closed and c + 1 == last else c + 1, stack, float(turn) if smooth else 0.0)
-    if not columns.closed:  # the bonded edge
-        add(last, 0, list(walls[-1][1]), link=True)
+    for a, b in columns.bonded:  # across the bonded edge
+        full = np.flatnonzero(columns.present[a])
+        add(a, b, [(shell.plies[k], shell.thickness[k]) for k in full], link=True)
     for w, web in enumerate(section.webs):
         ends: list[int] = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
         stack = [(i, ply.thickness) for i, ply in enumerate(section.plies) if ply.web == w]
