@@ -169,6 +169,14 @@ def test_frequencies_of_the_iea22_blade(layups: dict[str, Layup]) -> None:
     assert found[1] == pytest.approx(found[0], rel=0.01)
 
 
+def test_blades_of_another_length_are_refused(layups: dict[str, Layup]) -> None:
+    turbine = meltemi.turbine.load_turbine("nrel5mw")
+    with pytest.raises(InputError, match=r"is 117 m long, that of nrel5mw 61.5 m"):
+        meltemi.turbine.blade_of_layup(turbine, layups["15-240"])
+    with pytest.raises(InputError, match="has no layer 'Spar_Cap': did you mean 'Spar_Cap_"):
+        layups["15-240"].section(0.5, {"Spar_Cap": 1.1})
+
+
 def test_derivative_of_a_blade(layups: dict[str, Layup]) -> None:
     matrices = meltemi.turbine.section_matrices
     at = [0.3, 0.6]
