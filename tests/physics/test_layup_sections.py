@@ -191,9 +191,8 @@ def test_published_pipe():
 def test_sign_of_bend_twist_coupling(model):
     """Fibres of both sides towards the leading edge: bending downwind, x, twists towards feather, about -z.
 
-    Pressure sides are in tension when the blade bends downwind, and a layer in tension turns its fibres towards the
-    load:
-    on the pressure side, x < 0, material at larger z moves towards y > 0 ... so that the section turns about -z.
+    The pressure side is in tension then. A layer in tension turns its fibres towards the load: with fibres towards
+    -y its shear strain is positive from z to y. At x < 0 torsion gives it x kappa_z, so that kappa_z is negative.
     """
     w, h = 1.0, 0.3
     a0, a1, b0, b1 = sides(w, h)
@@ -234,6 +233,25 @@ def test_both_models_agree_on_a_blade_like_box():
     assert np.diag(walls.mass) == pytest.approx(np.diag(elements.mass), rel=3e-3)
     for a, b in zip(walls.ply_mass, elements.ply_mass, strict=True):
         assert a == pytest.approx(b, rel=0.01)
+
+
+def test_bonded_trailing_edge():
+    """A wedge: both sides meet where the room between them is that of their walls, and the cell of shear ends there."""
+    h, t = 0.1, 0.005
+    contour = np.array([[0.0, 1.0], [h, 0.0], [h, -0.2], [-h, -0.2], [-h, 0.0], [0.0, 1.0]])
+    plies = tuple(Ply(name, "metal", t, 0.0) for name in ("outer", "inner"))
+    walls, elements = (
+        f(Section("wedge", contour, plies, (), {"metal": isotropic()}))
+        for f in (thin_walled_section, finite_element_section)
+    )
+    y = np.linspace(2.0 * t - 0.2, 1.0, 20001)
+    hollow = 2.0 * np.clip(np.minimum(h - 2.0 * t, (1.0 - y) * h - 2.0 * t * np.hypot(1.0, h)), 0.0, None)
+    area = 1.4 * h - np.sum(hollow[1:] + hollow[:-1]) * 0.5 * (y[1] - y[0])
+    for model in (walls, elements):
+        assert model.mass[0, 0] == pytest.approx(RHO * area, rel=5e-3)
+    torsion = [1.0 / np.linalg.inv(model.stiffness)[5, 5] for model in (walls, elements)]
+    assert torsion[0] == pytest.approx(torsion[1], rel=0.01)
+    assert np.diag(walls.stiffness) == pytest.approx(np.diag(elements.stiffness), rel=0.025)
 
 
 def test_plate_strip_against_lamination_theory():

@@ -8,7 +8,7 @@ side; arcs are fractions of its length, as in windIO. Layers are listed from the
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Annotated, Any, Self
@@ -230,18 +230,21 @@ class Layup(Record):
                 raise ValueError(f"layer {layer.name}: no web {layer.web!r}: {did_you_mean(layer.web, webs)}")
         return self
 
-    def contour(self, station: float) -> NDArray[np.float64]:
-        """(P, 2) [m] the outer surface at a station: shapes blended by thickness (PCHIP), arc by arc."""
+    @cached_property
+    def blend(self) -> Callable[[float], NDArray[np.float64]]:
+        """Contour of chord 1 by thickness."""
         known = {shape.thickness: shape.even for shape in self.shapes}
         order = np.array(sorted(known))
-        shapes = np.stack([known[t] for t in order])
-        t = float(np.clip(self.thickness.at(station), order[0], order[-1]))
-        if len(order) > 1:
-            from scipy.interpolate import PchipInterpolator
+        if len(order) < 2:
+            return lambda t: known[order[0]]
+        from scipy.interpolate import PchipInterpolator
 
-            along, across = PchipInterpolator(order, shapes, axis=0)(t).T
-        else:
-            along, across = shapes[0].T
+        curve = PchipInterpolator(order, np.stack([known[t] for t in order]), axis=0)
+        return lambda t: np.asarray(curve(np.clip(t, order[0], order[-1])))
+
+    def contour(self, station: float) -> NDArray[np.float64]:
+        """(P, 2) [m] the outer surface at a station: shapes blended by thickness (PCHIP), arc by arc."""
+        along, across = self.blend(self.thickness.at(station)).T
         chord = self.chord.at(station)
         return np.stack([chord * across + self.offset_x.at(station), chord * along - self.offset_y.at(station)], axis=1)
 

@@ -86,7 +86,7 @@ def _thickest(model: SectionModel, polygons: list[Float]) -> int:
     from meltemi.sections.walls import at_arc
 
     thick = at[total > 0.99 * total.max()]
-    point = at_arc(model.section.contour.real, thick[:1])[0]  # its edge towards the trailing edge
+    point = at_arc(model.section.contour.real, thick[-1:])[0]  # its edge towards the leading edge
     return int(np.argmin(np.hypot(*(corners - point).T)))
 
 

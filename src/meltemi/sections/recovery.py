@@ -21,7 +21,7 @@ class PlyStates:
 
     Attributes:
       ply: (Q,) index of ``section.plies``.
-      wall: (Q,) index of the wall (thin-walled: ``model.walls``; finite elements: column of elements).
+      wall: (Q,) index of the wall (thin-walled: ``model.mesh.walls``; finite elements: column of elements).
       position: (Q, 2) [m] x and y.
       strain: (Q, 6, 6) [1/N, 1/(N m)] components by loads.
       stress: (Q, 6, 6) [Pa/N, Pa/(N m)] components by loads.

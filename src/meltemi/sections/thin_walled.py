@@ -90,8 +90,9 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
             turn = -np.dot(columns.inward[c + 1] - columns.inward[c], t) / np.dot(t, t)
             smooth = columns.smooth[c] and columns.smooth[c + 1]
             add(c, 0 if columns.closed and c + 1 == last else c + 1, stack, float(turn) if smooth else 0.0)
-    if not columns.closed:  # the bonded edge
-        add(last, 0, list(walls[-1][1]), link=True)
+    for a, b in columns.bonded:  # across the bonded edge
+        full = np.flatnonzero(columns.present[a])
+        add(a, b, [(shell.plies[k], shell.thickness[k]) for k in full], link=True)
     for w, web in enumerate(section.webs):
         ends: list[int] = [int(np.argmin(np.abs(columns.s.real - arc))) % last for arc in (web.start, web.end)]
         stack = [(i, ply.thickness) for i, ply in enumerate(section.plies) if ply.web == w]
@@ -103,8 +104,8 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
         n = max(int(np.sqrt(np.sum((b - a).real ** 2)) / shell.length * pieces), 4)
         line = [ends[0], *range(len(nodes), len(nodes) + n + 1), ends[1]]
         nodes += [inner[0] + f * (inner[1] - inner[0]) for f in np.linspace(0.0, 1.0, n + 1)]
-        for k, (p, q) in enumerate(itertools.pairwise(line)):
-            add(p, q, stack, link=k in (0, n + 1))
+        for piece, (p, q) in enumerate(itertools.pairwise(line)):
+            add(p, q, stack, link=piece in (0, n + 1))
     used, pairs = np.unique([pair for pair, *_ in walls], return_inverse=True)
     pairs = pairs.reshape(-1, 2)
     known: dict[Any, Laminate] = {}

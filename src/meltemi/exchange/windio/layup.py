@@ -1,10 +1,8 @@
 """Layup of the blade of a windIO file, of version 2 (``structure``) or 1 (``internal_structure_2d_fem``).
 
-Arcs begin at the trailing edge on the suction side. In version 2 they are those of anchors, in version 1 of the
-layers and
-webs themselves. Both may give one end, or the middle, and a width. Fibre angles are positive towards the leading
-edge, in
-degrees (version 2) or radians (version 1); nu and G are listed as 12, 13, 23.
+Arcs begin at the trailing edge on the suction side. In version 2 they are those of anchors, in version 1 of the layers
+and webs themselves. Both may give one end, or the middle, and a width, or a plane that cuts the surface. Fibre angles
+are positive towards the leading edge, in degrees (version 2) or radians (version 1); nu and G are listed as 12, 13, 23.
 """
 
 from __future__ import annotations
@@ -18,7 +16,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.yamlfile import validated
 from meltemi.exchange.windio.tree import Tree, as_entries, as_number, as_numbers, load
-from meltemi.sections.layup import Layup
+from meltemi.sections.layup import Layup, arcs
 
 Float = NDArray[np.float64]
 Content = dict[str, Any]
@@ -245,23 +243,69 @@ class _Reader:
                 )
                 values = offset["values"] if isinstance(offset.get("values"), dict) else offset
                 return self._moved(base, self._curve(values, f"{where}.{key}"), 1.0, key == "offset_arc")
-        if entry.get("width") is not None and (found := self._from_width(entry, handle, where, anchors, depth)):
+        if (
+            handle in ENDS
+            and entry.get("width") is not None
+            and (found := self._from_width(entry, handle, where, anchors, depth))
+        ):
             return found
-        if entry.get("plane_intersection") is not None or entry.get("offset_y_pa") is not None:
-            raise self._fail(
-                f"{where}.{handle}",
-                "it is given by a plane only, which is not intersected with the surface; write the arcs into the file, "
-                "grid and values, as the windIO examples of the IEA turbines and WISDEM do",
-            )
+        if (plane := self._plane(entry, where)) is not None:
+            return self._cut(*plane, handle)
         raise self._fail(
-            f"{where}.{handle}", "missing: expected grid and values, an anchor, or a width and another arc"
+            f"{where}.{handle}", "missing: expected grid and values, an anchor, a plane, or a width and another arc"
         )
+
+    def _plane(self, entry: Content, where: str) -> tuple[Content, Content, str] | None:
+        """Angle [rad] of the plane's normal from the chord, towards the suction side; its offset [m]; its side."""
+        tree, plane = self.tree, entry.get("plane_intersection")
+        if entry.get("offset_y_pa") is not None:
+            turn = self._curve(entry.get("rotation"), f"{where}.rotation")
+            return turn, self._curve(entry["offset_y_pa"], f"{where}.offset_y_pa"), str(entry.get("side") or "both")
+        if not isinstance(plane, dict):
+            return None
+        where += ".plane_intersection"
+        first = plane.get("plane_type1")
+        if not isinstance(first, dict) or first.get("anchor_curve") != "reference_axis":
+            raise self._fail(
+                where, "only plane_type1 with the anchor_curve reference_axis is read; write the arcs into the file"
+            )
+        ends = as_numbers(first.get("anchors_nd_grid"), f"{tree.where}: {where}.plane_type1.anchors_nd_grid", 2)
+        turned = np.radians(as_number(first.get("rotation", 0.0), f"{tree.where}: {where}.plane_type1.rotation"))
+        offset = self._curve(plane.get("offset"), f"{where}.offset")
+        z, y = (self._curve(tree.need(f"{BLADE}.reference_axis.{c}"), f"{BLADE}.reference_axis.{c}") for c in "zy")
+        twist = self._curve(tree.need(f"{self.shape}.twist"), f"{self.shape}.twist", -self.unit)
+        along = np.interp(ends, *z.values()), np.interp(ends, *y.values())
+        line = np.interp(np.interp(offset["grid"], *z.values()), *along) - np.interp(offset["grid"], *y.values())
+        offset = {"grid": offset["grid"], "values": offset["values"] + line * np.cos(turned)}
+        turn = {"grid": twist["grid"], "values": twist["values"] + turned}
+        return turn, offset, str(plane.get("side"))
+
+    def _cut(self, turn: Content, offset: Content, side: str, handle: str) -> Content:
+        """Arcs at which a plane cuts a side of the contour; both sides have the start on the suction side."""
+        assert self.base is not None
+        suction = side == "suction" or (side == "both" and handle == ENDS[0])
+        grid = np.union1d(offset["grid"], self.base.chord.grid)
+        grid = grid[(grid >= offset["grid"][0]) & (grid <= offset["grid"][-1])]
+        values = []
+        for station in grid:
+            contour = self.base.contour(float(station))
+            angle = np.interp(station, *turn.values())
+            across = (
+                contour[:, 1] * np.cos(angle) + contour[:, 0] * np.sin(angle) - np.interp(station, *offset.values())
+            )
+            le, s = int(np.argmin(contour[:, 1])), arcs(contour)
+            part = slice(0, le + 1) if suction else slice(le, None)
+            order = np.argsort(across[part])
+            values.append(np.interp(0.0, across[part][order], s[part][order]))
+        return {"grid": grid, "values": np.array(values)}
 
     def _from_width(self, entry: Content, handle: str, where: str, anchors: Any, depth: int) -> Content | None:
         width = self._curve(entry["width"], f"{where}.width")
         sign = -1.0 if handle == ENDS[0] else 1.0
+        plane = entry.get("plane_intersection") or {}
+        middle = entry.get("offset_y_pa") is not None or "midpoint_nd_arc" in (plane.get("defines") or ())
         for other, share in (("midpoint_nd_arc", 0.5), (ENDS[0] if sign > 0.0 else ENDS[1], 1.0)):
-            if entry.get(other) is not None:
+            if entry.get(other) is not None or (middle and share < 1.0):
                 return self._moved(self._arc(entry, other, where, anchors, depth + 1), width, sign * share, True)
         return None
 
