@@ -133,7 +133,7 @@ def gradients(
     """
     before = _Before()
     simulation = Simulation(run, starting=before.take, prepare=prepare)
-    back = Backwards(simulation, tables=any(way.arrays for way in ways))
+    back = Backwards(simulation, tables=any(way.arrays.keys() - CONTROLLER for way in ways))
     began = time.perf_counter()
     size = sum(array.nbytes for array in simulation.moving)
     steps = max(SEGMENT, -(-simulation.n_steps * size // CHECKPOINTS))
@@ -238,7 +238,8 @@ class Backwards:
         slopes, case = np.zeros(len(ways)), self.simulation.case
         for k, way in enumerate(ways):
             for name, change in way.arrays.items():
-                slopes[k] += np.sum(memory.of(case[name], adjoint=True) * change)
+                array = case.controller_state if name == "controller_state" else case[name]
+                slopes[k] += np.sum(memory.of(array, adjoint=True) * change)
             if way.state is not None:
                 slopes[k] += memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
         return slopes

@@ -1,0 +1,511 @@
+"""Runs of a design: the same winds, starts and seeds for every trial, their statistics and the derivatives of these.
+
+Held over a search are the wind and its place, the steady operation in which a run begins, the time step and the
+constants of the integration: so the objective is a smooth function of the variables, of which the adjoint gives the
+derivative (docs/theory/designs.md, G-1 to G-9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.cases.case import LoadCase, case_controller, case_run, case_turbine
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.controllers.specification import BaselineCase
+from meltemi.core.errors import InputError, MeltemiError, RunError
+from meltemi.core.fingerprint import fingerprint
+from meltemi.core.yamlfile import merged, validated
+from meltemi.designs.settings import CaseSetting, Design
+from meltemi.designs.terms import Term, combined, matching, of_turbine, slope_of, statistic
+from meltemi.designs.variables import Variables
+from meltemi.gradients.adjoint import gradients
+from meltemi.gradients.extrapolation import STEP, extrapolated
+from meltemi.gradients.sensitivity import Direction, WithoutDerivatives, matched, table_slopes
+from meltemi.loadcases.batch import Batch, Piece
+from meltemi.simulation.bladed.rotor import BladedRotor
+from meltemi.simulation.case import Case
+from meltemi.simulation.model import Model
+from meltemi.simulation.plan import first_point, step_of
+from meltemi.simulation.points import initial_state
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build, kind_of
+from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import Simulation, march
+from meltemi.wind.turbulent import realised
+
+Float = NDArray[np.float64]
+FIELDS = 3 << 30
+"""[bytes] wind fields that are kept; others are generated for each run."""
+HELD = ("wind", "watch")
+"""Arrays of a case besides the weights of the step that follow from the turbine and are held."""
+
+
+class TrialError(MeltemiError):
+    """A trial that cannot be built, trimmed or run to its end."""
+
+
+class Interrupted(Exception):
+    """Ctrl-C or SIGTERM during the runs of a trial."""
+
+
+@dataclass(frozen=True)
+class DesignCase:
+    """A run of the objective.
+
+    Attributes:
+      name: of its group and seed.
+      case: content.
+      share: of the weights, of sum 1.
+      group: number of its entry in the list of cases.
+      seed: seed of its turbulence.
+    """
+
+    name: str
+    case: LoadCase
+    share: float
+    group: int
+    seed: int
+
+
+def cases_of(design: Design, folder: Path, settings: Sequence[CaseSetting] | None = None) -> list[DesignCase]:
+    """Cases of the objective, or of other settings.
+
+    Raises:
+      InputError: the content of a case is not valid, or the load base has no such cases.
+    """
+    found: list[tuple[str, LoadCase, float, int, int]] = []
+    if settings is None and design.base is not None:
+        found = _of_base(design, folder)
+    for group, each in enumerate(design.cases if settings is None else settings):
+        for seed in each.seeds:
+            wind = merged(design.case.get("wind", {}), each.wind) | ({"speed": each.speed} if each.speed else {})
+            wind = {"kind": "turbulence", **wind}
+            if wind["kind"] in ("turbulence", "iec"):
+                wind["seed"] = seed
+            content = merged(design.case, each.other) | {"wind": wind, "turbine": design.turbine}
+            content |= {} if each.sea is None else {"sea": each.sea}
+            where = f"cases {group + 1}"
+            speed = f"{each.speed:g} m/s" if each.speed else where
+            found.append((f"{speed}, seed {seed}", validated({"duration": 600.0, **content}, LoadCase, where),
+                          each.weight / len(each.seeds), group, seed))  # fmt: skip
+    total = sum(weight for _, _, weight, _, _ in found)
+    return [DesignCase(name, case, weight / total, group, seed) for name, case, weight, group, seed in found]
+
+
+def _of_base(design: Design, folder: Path) -> list[tuple[str, LoadCase, float, int, int]]:
+    from meltemi.loads.loadbase.campaign import read_campaign
+    from meltemi.loads.loadbase.plan import plan
+
+    assert design.base is not None
+    planned = plan(read_campaign(folder / design.base.file))
+    chosen = [c for c in planned.cases if c.dlc in design.base.dlc and not c.unsupported]
+    if not chosen:
+        known = ", ".join(sorted({c.dlc for c in planned.cases}))
+        raise InputError(f"base: the plan has no cases of {', '.join(design.base.dlc)}: it has {known}")
+    if len(chosen) > design.base.most:
+        raise InputError(f"base: {len(chosen)} cases, at most {design.base.most} (base.most): choose fewer, or raise it")
+    content = {k: v for k, v in design.case.items() if k not in ("wind", "turbine")} | {"turbine": design.turbine}
+    shares = [c.weight.share if c.weight else 1.0 for c in chosen]
+    return [
+        (c.name, validated(merged(c.content, content), LoadCase, c.name), share, i, c.seed or 0)
+        for i, (c, share) in enumerate(zip(chosen, shares, strict=True))
+    ]
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What is held of a case."""
+
+    wind: Callable[[], Any]
+    start: Any
+    point: StartPoint
+    time_step: float
+    weights: Float
+    arrays: dict[str, Float]
+
+
+@dataclass
+class Statistics:
+    """Statistics of the runs of a trial: (C, M) values, and those of the turbine by name."""
+
+    of_runs: Float
+    of_turbine: dict[str, float]
+
+
+class Runs:
+    """Runs of the cases of a design.
+
+    Args:
+      cases: the cases.
+      terms: terms of objective and constraints.
+      variables: the variables.
+      folder: folder to which paths are relative.
+      workers: threads.
+
+    Attributes:
+      seconds: [s] simulated time of all runs so far; a gradient counts as the runs whose time it takes.
+      without: variables whose derivatives are differences of runs, and why.
+      table_error: largest relative error of the derivatives of tables.
+    """
+
+    def __init__(
+        self, cases: Sequence[DesignCase], terms: Sequence[Term], variables: Variables, folder: Path,
+        workers: int | None = None,
+    ) -> None:  # fmt: skip
+        self.cases, self.variables, self.folder, self.workers = cases, variables, folder, workers
+        self.of_runs = [t for t in terms if t.of_runs]
+        self.of_turbine = [t for t in terms if not t.of_runs]
+        self.channels = tuple(dict.fromkeys(t.of for t in self.of_runs)) or ("generator_power",)
+        self.units = np.ones(len(self.of_runs))
+        self.slopes = np.ones(len(self.of_runs))
+        self.seconds, self.without, self.table_error = 0.0, dict[str, str](), 0.0
+        self.progress: Callable[[float], None] | None = None
+        self._models: dict[tuple[Any, ...], Model[Any]] = {}
+        self.restart(variables.start)
+
+    # ------------------------------------------------------------------------------------------------- inputs
+
+    def restart(self, x: Float) -> None:
+        """Hold the steady operation, time step and constants of the integration of a design."""
+        self.origin = np.array(x, dtype=float)
+        self._models.clear()
+        self._held: dict[int, _Held] = {}
+        self._reference: dict[str, Model[Any]] = {}
+        self._kept = 0
+
+    def model(self, x: Float, case: LoadCase) -> Model[Any]:
+        """The model of a trial for the options of a case, with the modes' signs of that of the origin."""
+        group = fingerprint(case.options, case.environment)
+        if group not in self._reference:
+            turbine = self._turbine(self.origin, case)
+            self._reference[group] = build(turbine, case.options, case.environment)
+        reference = self._reference[group]
+        key = (group, x.tobytes())
+        if key not in self._models:
+            if len(self._models) > 8:
+                self._models.pop(next(iter(self._models)))
+            model = build(self._turbine(x, case), case.options, case.environment)
+            self._models[key] = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
+        return self._models[key]
+
+    def _turbine(self, x: Float, case: LoadCase) -> Any:
+        base = self.variables.turbine
+        given = case_turbine(case, self.folder) if (case.icing or case.imbalance or case.electrical) else base
+        return replace(self.variables, turbine=given).apply(x)
+
+    def controller(self, x: Float, case: LoadCase) -> Controller:
+        """The controller of a trial: that of the turbine's settings, or one that is designed once, with its entries."""
+        from meltemi.control.baseline import BaselineController
+
+        if case.controller == BaselineCase():
+            law = BaselineController(self.model(x, case).turbine)
+        else:
+            key = fingerprint(case.controller)
+            if key not in self._laws:
+                made = case_controller(case, self.model(self.variables.start, case), self.folder)
+                assert made is not None
+                self._laws[key] = made
+            law = self._laws[key]
+        return with_entries(law, self.variables.entries(x))
+
+    @cached_property
+    def _laws(self) -> dict[str, Controller]:
+        return {}
+
+    def _hold(self, number: int) -> _Held:
+        """What is held of a case, from the design at the origin."""
+        if number not in self._held:
+            case = self.cases[number].case
+            model = self.model(self.origin, case)
+            run = case_run(case, model.turbine, self.folder, model=model, controller=self.controller(self.origin, case))
+            described: Any = run.wind() if callable(run.wind) else run.wind
+            start, _ = initial_state(model, described, run.start() if callable(run.start) else run.start)
+            field = realised(described, self.variables.turbine, case.duration)
+            size = getattr(getattr(field, "velocity", None), "nbytes", 0)
+            self._kept += size
+            kept = field if self._kept < FIELDS else None
+            turbine, duration = self.variables.turbine, case.duration
+            point, dt = first_point(model, field, start), step_of(run, model)
+            weights = kind_of(model).step_weights(model, dt)
+            arrays = {n: a.copy() for n, a in Case(model, field).arrays.items() if n in HELD}
+            wind = (lambda: kept) if kept is not None else (lambda: realised(described, turbine, duration))
+            self._held[number] = _Held(wind, start, point, dt, weights, arrays)
+        return self._held[number]
+
+    def run(self, x: Float, number: int) -> tuple[Run, Callable[[Case], None]]:
+        """A run of a trial, and what prepares its case."""
+        held, case = self._hold(number), self.cases[number].case
+        model = self.model(x, case)
+        model = replace(model, options=model.options.replace(time_step=held.time_step))
+        run = case_run(case, model.turbine, self.folder, model=model, controller=self.controller(x, case))
+        run = replace(run, wind=held.wind(), start=held.start, channels=self.channels, view=False)
+
+        def prepare(case: Case) -> None:
+            case["weights"][:2] = held.weights
+            for name, array in held.arrays.items():
+                if name in case.arrays and case[name].shape == array.shape:
+                    case[name][...] = array
+
+        return run, prepare
+
+    # --------------------------------------------------------------------------------------------- statistics
+
+    def statistics(self, x: Float) -> Statistics:
+        """Statistics of all runs of a trial.
+
+        Raises:
+          TrialError: it cannot be built, or a run does not reach its end.
+          Interrupted: by Ctrl-C.
+        """
+        try:
+            models = [self.model(x, each.case) for each in self.cases[:1]]
+            fixed = {t.name: of_turbine(t, models[0]) for t in self.of_turbine}
+            for number in range(len(self.cases)):
+                self._hold(number)
+        except MeltemiError as error:
+            raise TrialError(str(error)) from None
+        rows = self._all(lambda number: self._row(x, number)) if self.of_runs else [np.zeros(0)] * len(self.cases)
+        found = np.array(rows).reshape(len(self.cases), len(self.of_runs))
+        if not np.all(np.isfinite(found)) or not all(np.isfinite(v) for v in fixed.values()):
+            raise TrialError("a statistic is not a finite number")
+        return Statistics(found, fixed)
+
+    def _row(self, x: Float, number: int) -> Float:
+        return np.array([value for value, _ in self._numbers(self.simulated(x, number), number)])
+
+    def simulated(self, x: Float, number: int) -> Result:
+        """The result of a run."""
+        run, prepare = self.run(x, number)
+        simulation = Simulation(run, prepare=prepare)
+        march(simulation, stop=lambda: self._stopped)
+        if simulation.interrupted:
+            raise Interrupted
+        result = simulation.result()
+        self.seconds += run.duration
+        return result.raise_for_status() if not result.status.complete else result
+
+    def _numbers(self, result: Result, number: int) -> list[tuple[float, dict[str, Float]]]:
+        transient = self.cases[number].case.transient
+        return [statistic(t, result, transient, unit) for t, unit in zip(self.of_runs, self.units, strict=True)]
+
+    def set_units(self) -> None:
+        """Hold the magnitudes of soft extremes, and find the slopes of equivalent loads, by the run of the first case.
+
+        Raises:
+          InputError: a channel is unknown.
+        """
+        self._stopped = False
+        result = self.simulated(self.origin, 0)
+        for i, term in enumerate(self.of_runs):
+            channels = matching(term.of, result)
+            if not channels:
+                raise InputError(f"terms: {term.name!r}: no channel begins with {term.of[:-1]!r}")
+            self.slopes[i] = slope_of(term, channels[0])
+            largest = max(float(np.abs(result[c.name]).max()) for c in channels)
+            self.units[i] = largest or 1.0
+
+    def totals(self, found: Statistics) -> tuple[Float, list[Float]]:
+        """(M,) statistics of all runs together, and the derivatives of each by those of the runs."""
+        shares = np.array([c.share for c in self.cases])
+        pairs = [
+            combined(term, slope, found.of_runs[:, i], shares, unit)
+            for i, (term, slope, unit) in enumerate(zip(self.of_runs, self.slopes, self.units, strict=True))
+        ]
+        return np.array([value for value, _ in pairs]), [by for _, by in pairs]
+
+    # -------------------------------------------------------------------------------------------- derivatives
+
+    def derivatives(self, x: Float, outputs: Float, found: Statistics) -> Float:
+        """(K, P) derivatives of outputs by the variables, in their own units.
+
+        Args:
+          outputs: (K, terms) derivatives of the outputs by the totals, those of runs first.
+          found: statistics of the trial.
+
+        Raises:
+          TrialError: a neighbouring turbine cannot be built.
+          Interrupted: by Ctrl-C.
+        """
+        k, m = len(outputs), len(self.of_runs)
+        total, (_, inner) = np.zeros((k, len(self.variables.each))), self.totals(found)
+        by = np.zeros((len(self.cases), k, m))
+        for i, each in enumerate(inner):
+            by[:, :, i] = each[:, None] * outputs[None, :, i]
+        try:
+            ways = {}
+            for case in self.cases:
+                if (group := fingerprint(case.case.options, case.case.environment)) not in ways:
+                    ways[group] = self._tables(x, case.case)
+        except MeltemiError as error:
+            raise TrialError(str(error)) from None
+        if m:
+            parts = self._all(lambda n: self._part(x, n, by[n], ways))
+            total += np.sum(parts, axis=0)
+        if self.of_turbine:
+            total += outputs[:, m:] @ self._fixed(x)
+        return total
+
+    def _moved(self, x: Float, p: int, change: float) -> Float:
+        moved = x.copy()
+        moved[p] += change
+        return moved
+
+    def step(self, x: Float, p: int) -> float:
+        """Step of the differences of tables by a variable."""
+        v = self.variables.each[p]
+        return STEP * (abs(float(x[p])) if x[p] != 0.0 and not v.add else v.scale)
+
+    def _tables(self, x: Float, case: LoadCase) -> list[dict[str, Float]]:
+        """Derivatives of the model's tables by each variable."""
+        model, found = self.model(x, case), []
+        for p, v in enumerate(self.variables.each):
+            arrays: dict[str, Float] = {}
+            if not v.of_controller and v.name not in self.without:
+                try:
+                    arrays, error = table_slopes(
+                        v.name, model, lambda h, p=p: self._turbine(self._moved(x, p, h), case), self.step(x, p)
+                    )  # fmt: skip
+                    self.table_error = max(self.table_error, error)
+                except WithoutDerivatives as error:
+                    self.without[v.name] = str(error).partition(": ")[2].partition(", which")[0]
+            found.append(arrays)
+        return found
+
+    def ways(self, x: Float, number: int, arrays: Sequence[dict[str, Float]]) -> list[Direction]:
+        """Changes of the inputs of a case by each variable: of the model's tables and of the controller's state."""
+        case, point = self.cases[number].case, self._hold(number).point
+        found = []
+        for p, v in enumerate(self.variables.each):
+            state: dict[str, Float] = {}
+            if v.of_controller or (v.path.startswith("control.") and case.controller == BaselineCase()):
+                state, _ = extrapolated(
+                    lambda h, p=p: {"controller_state": self._state(self._moved(x, p, h), case, point)},
+                    self.step(x, p),
+                )
+            found.append(Direction(v.name, float(x[p]), 1.0, {**arrays[p], **state}))
+        return found
+
+    def _state(self, x: Float, case: LoadCase, point: StartPoint) -> Float:
+        from meltemi.control.baseline import BaselineController
+
+        if case.controller == BaselineCase():
+            return with_entries(BaselineController(self._turbine(x, case)), self.variables.entries(x)).initial_state(
+                point
+            )
+        return self.controller(x, case).initial_state(point)
+
+    def _part(self, x: Float, number: int, by: Float, ways: Mapping[str, Any]) -> Float:
+        """(K, P) contribution of a case to the derivatives."""
+        case = self.cases[number].case
+        run, prepare = self.run(x, number)
+        directions = self.ways(x, number, ways[fingerprint(case.options, case.environment)])
+        used = [k for k in range(len(by)) if np.any(by[k])]
+
+        def objectives(result: Result) -> list[tuple[float, dict[str, Float]]]:
+            numbers = self._numbers(result, number)
+            weighted = []
+            for k in used:
+                sums: dict[str, Float] = {}
+                for share, (_, weights) in zip(by[k], numbers, strict=True):
+                    for channel, series in weights.items():
+                        sums[channel] = sums.get(channel, 0.0) + share * series
+                weighted.append((0.0, sums))
+            return weighted
+
+        total = np.zeros((len(by), len(directions)))
+        if self._stopped:
+            raise Interrupted
+        if used:
+            total[used] = gradients(run, objectives, directions, prepare=prepare).slopes
+            self.seconds += (3.3 + 2.0 * len(used)) * run.duration
+        for p, v in enumerate(self.variables.each):
+            if v.name in self.without:
+                h = 0.05 * self.step(x, p) / STEP * 0.1
+                low, high = (self._row(self._moved(x, p, sign * h), number) for sign in (-1.0, 1.0))
+                total[:, p] += by @ (high - low) / (2.0 * h)
+        return total
+
+    def _fixed(self, x: Float) -> Float:
+        """(terms, P) derivatives of the terms of the turbine itself."""
+        case = self.cases[0].case
+        found = np.zeros((len(self.of_turbine), len(self.variables.each)))
+
+        def terms(p: int, h: float) -> dict[str, Float]:
+            model = self.model(self._moved(x, p, h), case)
+            return {t.name: np.array([of_turbine(t, model)]) for t in self.of_turbine}
+
+        for p, v in enumerate(self.variables.each):
+            if not v.of_controller and not v.path.startswith("control."):
+                slopes, _ = extrapolated(lambda h, p=p: terms(p, h), self.step(x, p))
+                found[:, p] = [float(slopes[t.name][0]) if t.name in slopes else 0.0 for t in self.of_turbine]
+        return found
+
+    # --------------------------------------------------------------------------------------------------- work
+
+    _stopped = False
+
+    def _all(self, work: Callable[[int], Any]) -> list[Any]:
+        """Values of a function of all cases, in threads.
+
+        Raises:
+          TrialError: one failed.
+          Interrupted: by Ctrl-C.
+        """
+        pieces = [Piece(c.name if i == 0 or True else "", _Work(work, i)) for i, c in enumerate(self.cases)]
+        batch = Batch(pieces, workers=self.workers, progress=self.progress)
+        self._stopped = False
+        outcomes = _run(batch, self)
+        if batch.interrupted or self._stopped:
+            raise Interrupted
+        for outcome in outcomes:
+            if outcome.error is not None:
+                raise TrialError(f"{outcome.name}: {outcome.message}")
+        return [outcome.value for outcome in outcomes]
+
+
+@dataclass(frozen=True)
+class _Work:
+    work: Callable[[int], Any]
+    number: int
+
+    def __call__(self) -> Any:
+        return self.work(self.number)
+
+
+def _run(batch: Batch, runs: Runs) -> list[Any]:
+    """Run a batch; its interruption ends the runs of the threads."""
+    heard = batch._heard
+
+    def both(frame: Any) -> None:
+        runs._stopped = True
+        heard(frame)
+
+    batch._heard = both  # type: ignore[method-assign]
+    return batch.run()
+
+
+def with_entries(controller: Controller, entries: Mapping[str, float]) -> Controller:
+    """A controller whose initial state has given entries, by ``controller.NAME``."""
+    if not entries:
+        return controller
+    names = [f"controller.{name}" for name in controller.state_names or range(len(controller.initial_state(START)))]
+    rows = [names.index(name) for name in entries]
+
+    def init(start: StartPoint) -> Float:
+        state = np.array(controller.init(start), dtype=float)
+        state[rows] = list(entries.values())
+        return cast("Float", state)
+
+    return replace(controller, init=init)
+
+
+START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.1, generator_torque=1e4)
+"""Where the entries of a controller's state are looked up."""
+__all__ = ["DesignCase", "Interrupted", "RunError", "Runs", "Statistics", "TrialError", "cases_of", "with_entries"]
