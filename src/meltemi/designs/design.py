@@ -13,9 +13,8 @@ from numpy.typing import NDArray
 
 from meltemi.cases.case import LoadCase, case_controller, case_turbine
 from meltemi.control.baseline import BaselineController
-from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.errors import InputError
 from meltemi.core.fingerprint import fingerprint
-from meltemi.core.interrupts import on_interrupt
 from meltemi.core.shown import Brief
 from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import read_record
@@ -24,7 +23,7 @@ from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, cases_of
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import Design
 from meltemi.designs.terms import hard, term_of
-from meltemi.designs.variables import Variables, variables_of
+from meltemi.designs.variables import variables_of
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.simulation.rotors import build
 from meltemi.turbine.power_turbine import AnyTurbine
@@ -196,7 +195,7 @@ class _Study:
         self.objective = [replace(terms[t.name], setting=t.setting) for t in self.objective]
         content = (design.content(), [c.case.content() for c in self.cases], turbine.content(), code_identity())
         path = None if out is None else Path(out) / HISTORY
-        self.history = History(path, fingerprint(content), resume=resume)
+        self.history = History(path, str(fingerprint(*content)), resume=resume)
         self.runs = Runs(self.cases, self.terms, self.variables, folder, workers)
         self.runs.progress = teller.runs
         self.problem = Problem(
@@ -214,7 +213,7 @@ class _Study:
             say(f"start: objective {first.objective:.5g}, largest violation {first.violation:.2g}")
             self._step(self.variables.start)
             check = self._check(unchecked)
-            self._effects()
+            self.slope = self._effects()
         except Interrupted:
             raise KeyboardInterrupt from None
         x = self.variables.start
@@ -231,7 +230,7 @@ class _Study:
         except Interrupted:
             interrupted, ended = True, "interrupted"
         best = problem.best()
-        active, rest = ({}, 1.0) if interrupted else multipliers(problem, best.x)
+        active, rest = ({}, np.nan) if interrupted else multipliers(problem, best.x, self.slope)
         proof, names, soft = ((), (), {}) if interrupted else self._proof(best.x)
         failed = [t for t in problem.trials if t.failed]
         notes = [f"{v}: derivatives by differences of runs: {why}" for v, why in self.runs.without.items()]
@@ -293,11 +292,13 @@ class _Study:
             )
         return check
 
-    def _effects(self) -> None:
+    def _effects(self) -> float:
+        """Norm of the scaled gradient at the start, after a test that every variable has an effect."""
         rows = self.problem.jacobian(self.variables.start) * self.variables.scale
         for name, column in zip(self.variables.names, rows.T, strict=True):
             if not np.any(column):
                 raise InputError(f"variables: {name!r} has no effect on any term of objective and constraints")
+        return float(np.linalg.norm(rows[0]))
 
     def _proof(self, x: Float) -> tuple[list[Change], list[str], dict[str, tuple[float, float]]]:
         """Start and end on runs that the optimiser did not see, each in its own steady operation."""
@@ -386,6 +387,3 @@ def _bands(turbine: AnyTurbine) -> Callable[[float], tuple[float, float]]:
         return low, high
 
     return bands
-
-
-__all__ = ["Change", "DesignResult", "GradientCheck", "MeltemiError", "Teller", "Variables", "on_interrupt", "optimise"]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.designs.runs import Statistics, TrialError
+from meltemi.designs.runs import DesignCase, Statistics, TrialError
 from meltemi.designs.settings import ConstraintSetting
 from meltemi.designs.terms import Term
 from meltemi.designs.variables import Variables
@@ -25,6 +25,7 @@ FAILED = 10.0
 class Evaluator(Protocol):
     """What evaluates trials; :class:`meltemi.designs.runs.Runs`."""
 
+    cases: Sequence[DesignCase]
     of_runs: list[Term]
     of_turbine: list[Term]
     seconds: float

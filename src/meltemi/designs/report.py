@@ -12,10 +12,10 @@ from meltemi.core.files import write_text
 from meltemi.core.yamlfile import write_record
 from meltemi.designs.design import DesignResult
 from meltemi.designs.problem import Problem, Trial
-from meltemi.report.palette import COLOURS, FAINT
+from meltemi.report.palette import COLOURS
 from meltemi.report.plots import figure_title, name_curves, new_figure, panel, save
 from meltemi.report.tables import number, write_csv
-from meltemi.reports.blocks import Block, Document, Facts, Marked, Picture, Section, Table
+from meltemi.reports.blocks import Block, Document, Marked, Picture, Section, Table
 from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
 
@@ -93,7 +93,9 @@ def sentences(result: DesignResult) -> list[str]:
             found.append(f"active: {name} is at its bound: beyond it the objective would fall by {number(value)} per "
                          "scale of the variable")  # fmt: skip
     if not result.interrupted:
-        found.append(f"gradient that limits and bounds leave: {number(100.0 * result.remainder)} % of that at the start")
+        found.append(
+            f"gradient that limits and bounds leave: {number(100.0 * result.remainder)} % of that at the start"
+        )
     for name, (value, extreme) in result.soft.items():
         found.append(f"{name}: the soft extreme {number(value)} stands for {number(extreme)} "
                      f"({number(100.0 * (value / extreme - 1.0))} %) in the first unseen run")  # fmt: skip
@@ -185,6 +187,3 @@ def controller(turbine):
     made = meltemi.control.make_controller(GIVEN, meltemi.build(turbine))
     return with_entries(made, ENTRIES)
 '''
-
-
-__all__ = ["COLOURS", "FAINT", "Facts"]

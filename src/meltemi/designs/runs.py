@@ -1,22 +1,24 @@
 """Runs of a design: the same winds, starts and seeds for every trial, their statistics and the derivatives of these.
 
-Held over a search are the wind and its place, the steady operation in which a run begins, the time step and the
-constants of the integration: so the objective is a smooth function of the variables, of which the adjoint gives the
-derivative (docs/theory/designs.md, G-1 to G-9).
+Held over a search are the wind and its place, the time step and the constants of the integration. Each trial begins in
+its own steady operation; derivatives include it (docs/theory/designs.md, G-1 to G-10).
 """
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.cases.case import LoadCase, case_controller, case_run, case_turbine
+from meltemi.cases.case import LoadCase, case_controller, case_run, case_start, case_turbine
+from meltemi.compiler import members
+from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.controllers.specification import BaselineCase
 from meltemi.core.errors import InputError, MeltemiError, RunError
@@ -32,12 +34,15 @@ from meltemi.loadcases.batch import Batch, Piece
 from meltemi.simulation.bladed.rotor import BladedRotor
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
+from meltemi.simulation.operating_point import steady_wind
 from meltemi.simulation.plan import first_point, step_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
+from meltemi.simulation.start import Start
+from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import realised
 
 Float = NDArray[np.float64]
@@ -45,6 +50,21 @@ FIELDS = 3 << 30
 """[bytes] wind fields that are kept; others are generated for each run."""
 HELD = ("wind", "watch")
 """Arrays of a case besides the weights of the step that follow from the turbine and are held."""
+OF_START = ("q", "v", "pitch", "drive", "demands", "gears", "controller_state")
+"""Arrays that the start of a run sets, besides those of inflow and stall."""
+START_STEP = 1e-2
+"""Step of differences of the start over the scale of a variable: steady operation is found to 1e-5."""
+WITHOUT_START = tuple(
+    f"control.{name}"
+    for name in ("filter_frequency", "pitch.proportional_gain", "pitch.integral_gain", "pitch.gain_halving_pitch",
+                 "pitch.rate_limit", "pitch.motion_gain", "pitch.motion_frequency", "torque.rate_limit")
+)  # fmt: skip
+"""Settings of the control that do not act in steady operation."""
+
+
+def _group(case: LoadCase) -> str:
+    """Cases of one model."""
+    return str(fingerprint(case.options, case.environment))
 
 
 class TrialError(MeltemiError):
@@ -110,7 +130,9 @@ def _of_base(design: Design, folder: Path) -> list[tuple[str, LoadCase, float, i
         known = ", ".join(sorted({c.dlc for c in planned.cases}))
         raise InputError(f"base: the plan has no cases of {', '.join(design.base.dlc)}: it has {known}")
     if len(chosen) > design.base.most:
-        raise InputError(f"base: {len(chosen)} cases, at most {design.base.most} (base.most): choose fewer, or raise it")
+        raise InputError(
+            f"base: {len(chosen)} cases, at most {design.base.most} (base.most): choose fewer, or raise it"
+        )
     content = {k: v for k, v in design.case.items() if k not in ("wind", "turbine")} | {"turbine": design.turbine}
     shares = [c.weight.share if c.weight else 1.0 for c in chosen]
     return [
@@ -121,11 +143,10 @@ def _of_base(design: Design, folder: Path) -> list[tuple[str, LoadCase, float, i
 
 @dataclass(frozen=True)
 class _Held:
-    """What is held of a case."""
+    """What is held of a case: its wind, and the mean of that, time step, constants of the integration, arrays."""
 
     wind: Callable[[], Any]
-    start: Any
-    point: StartPoint
+    steady: SteadyWind
     time_step: float
     weights: Float
     arrays: dict[str, Float]
@@ -168,12 +189,14 @@ class Runs:
         self.seconds, self.without, self.table_error = 0.0, dict[str, str](), 0.0
         self.progress: Callable[[float], None] | None = None
         self._models: dict[tuple[Any, ...], Model[Any]] = {}
+        self._starts: dict[tuple[Any, ...], dict[str, Float]] = {}
+        self._lock = threading.Lock()
         self.restart(variables.start)
 
     # ------------------------------------------------------------------------------------------------- inputs
 
     def restart(self, x: Float) -> None:
-        """Hold the steady operation, time step and constants of the integration of a design."""
+        """Hold the time step and the constants of the integration of a design."""
         self.origin = np.array(x, dtype=float)
         self._models.clear()
         self._held: dict[int, _Held] = {}
@@ -182,17 +205,20 @@ class Runs:
 
     def model(self, x: Float, case: LoadCase) -> Model[Any]:
         """The model of a trial for the options of a case, with the modes' signs of that of the origin."""
-        group = fingerprint(case.options, case.environment)
+        group = _group(case)
         if group not in self._reference:
             turbine = self._turbine(self.origin, case)
             self._reference[group] = build(turbine, case.options, case.environment)
         reference = self._reference[group]
         key = (group, x.tobytes())
         if key not in self._models:
-            if len(self._models) > 8:
-                self._models.pop(next(iter(self._models)))
             model = build(self._turbine(x, case), case.options, case.environment)
-            self._models[key] = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
+            model = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
+            with self._lock:
+                self._models[key] = model
+                while len(self._models) > 3 + 2 * len(self.variables.each):
+                    self._models.pop(next(iter(self._models)))
+            return model
         return self._models[key]
 
     def _turbine(self, x: Float, case: LoadCase) -> Any:
@@ -202,12 +228,10 @@ class Runs:
 
     def controller(self, x: Float, case: LoadCase) -> Controller:
         """The controller of a trial: that of the turbine's settings, or one that is designed once, with its entries."""
-        from meltemi.control.baseline import BaselineController
-
         if case.controller == BaselineCase():
             law = BaselineController(self.model(x, case).turbine)
         else:
-            key = fingerprint(case.controller)
+            key = str(fingerprint(case.controller))
             if key not in self._laws:
                 made = case_controller(case, self.model(self.variables.start, case), self.folder)
                 assert made is not None
@@ -220,32 +244,35 @@ class Runs:
         return {}
 
     def _hold(self, number: int) -> _Held:
-        """What is held of a case, from the design at the origin."""
+        """What is held of a case, from the design at the start."""
         if number not in self._held:
-            case = self.cases[number].case
+            case, turbine = self.cases[number].case, self.variables.turbine
             model = self.model(self.origin, case)
             run = case_run(case, model.turbine, self.folder, model=model, controller=self.controller(self.origin, case))
             described: Any = run.wind() if callable(run.wind) else run.wind
-            start, _ = initial_state(model, described, run.start() if callable(run.start) else run.start)
-            field = realised(described, self.variables.turbine, case.duration)
-            size = getattr(getattr(field, "velocity", None), "nbytes", 0)
-            self._kept += size
+            field = realised(described, turbine, case.duration)
+            self._kept += getattr(getattr(field, "velocity", None), "nbytes", 0)
             kept = field if self._kept < FIELDS else None
-            turbine, duration = self.variables.turbine, case.duration
-            point, dt = first_point(model, field, start), step_of(run, model)
-            weights = kind_of(model).step_weights(model, dt)
+            dt = step_of(run, model)
             arrays = {n: a.copy() for n, a in Case(model, field).arrays.items() if n in HELD}
-            wind = (lambda: kept) if kept is not None else (lambda: realised(described, turbine, duration))
-            self._held[number] = _Held(wind, start, point, dt, weights, arrays)
+            self._held[number] = _Held(
+                wind=lambda: realised(described, turbine, case.duration) if kept is None else kept,
+                steady=steady_wind(described, turbine.hub_height),
+                time_step=dt,
+                weights=kind_of(model).step_weights(model, dt),
+                arrays=arrays,
+            )
         return self._held[number]
 
     def run(self, x: Float, number: int) -> tuple[Run, Callable[[Case], None]]:
         """A run of a trial, and what prepares its case."""
         held, case = self._hold(number), self.cases[number].case
-        model = self.model(x, case)
+        model, controller = self.model(x, case), self.controller(x, case)
+        run = case_run(case, model.turbine, self.folder, model=model, controller=controller)
+        begun = run.start() if callable(run.start) else run.start
+        start, _ = initial_state(model, held.steady, begun)
         model = replace(model, options=model.options.replace(time_step=held.time_step))
-        run = case_run(case, model.turbine, self.folder, model=model, controller=self.controller(x, case))
-        run = replace(run, wind=held.wind(), start=held.start, channels=self.channels, view=False)
+        run = replace(run, model=model, wind=held.wind(), start=start, channels=self.channels, view=False)
 
         def prepare(case: Case) -> None:
             case["weights"][:2] = held.weights
@@ -341,7 +368,7 @@ class Runs:
         try:
             ways = {}
             for case in self.cases:
-                if (group := fingerprint(case.case.options, case.case.environment)) not in ways:
+                if (group := _group(case.case)) not in ways:
                     ways[group] = self._tables(x, case.case)
         except MeltemiError as error:
             raise TrialError(str(error)) from None
@@ -369,43 +396,84 @@ class Runs:
             arrays: dict[str, Float] = {}
             if not v.of_controller and v.name not in self.without:
                 try:
-                    arrays, error = table_slopes(
-                        v.name, model, lambda h, p=p: self._turbine(self._moved(x, p, h), case), self.step(x, p)
-                    )  # fmt: skip
+                    moved = partial(self._turbine_beside, x, case, p)
+                    arrays, error = table_slopes(v.name, model, moved, self.step(x, p))
                     self.table_error = max(self.table_error, error)
-                except WithoutDerivatives as error:
-                    self.without[v.name] = str(error).partition(": ")[2].partition(", which")[0]
+                except WithoutDerivatives as refused:
+                    self.without[v.name] = str(refused).partition(": ")[2].partition(", which")[0]
             found.append(arrays)
         return found
 
     def ways(self, x: Float, number: int, arrays: Sequence[dict[str, Float]]) -> list[Direction]:
-        """Changes of the inputs of a case by each variable: of the model's tables and of the controller's state."""
-        case, point = self.cases[number].case, self._hold(number).point
-        found = []
+        """Changes of the inputs of a case by each variable: of tables, start, and state of the controller (G-10)."""
+        case, found = self.cases[number].case, []
+        point = first_point(self.model(x, case), self._hold(number).steady, self._start(x, number))
         for p, v in enumerate(self.variables.each):
             state: dict[str, Float] = {}
             if v.of_controller or (v.path.startswith("control.") and case.controller == BaselineCase()):
-                state, _ = extrapolated(
-                    lambda h, p=p: {"controller_state": self._state(self._moved(x, p, h), case, point)},
-                    self.step(x, p),
-                )
-            found.append(Direction(v.name, float(x[p]), 1.0, {**arrays[p], **state}))
+                state, _ = extrapolated(partial(self._state_beside, x, case, point, p), self.step(x, p))
+            begin = self._begins(x, number, p)
+            if "controller_state" in begin and "controller_state" in state:
+                state["controller_state"] = state["controller_state"] + begin["controller_state"]
+            changes = {} if v.name in self.without else {**begin, **arrays[p], **state}
+            found.append(Direction(v.name, float(x[p]), 1.0, changes))
         return found
 
-    def _state(self, x: Float, case: LoadCase, point: StartPoint) -> Float:
-        from meltemi.control.baseline import BaselineController
+    def _start(self, x: Float, number: int) -> Any:
+        case = self.cases[number].case
+        return initial_state(self.model(x, case), self._hold(number).steady, case_start(case, self._turbine(x, case)))[0]
 
+    def _begins(self, x: Float, number: int, p: int) -> dict[str, Float]:
+        """Derivatives of the start of a case by a variable, by differences; the same for all seeds of a mean wind.
+
+        A variable that changes other arrays, which carry no derivatives, is left to differences of runs.
+        """
+        v, case, steady = self.variables.each[p], self.cases[number].case, self._hold(number).steady
+        if v.of_controller or v.path in WITHOUT_START or v.name in self.without:
+            return {}
+        key = (x.tobytes(), _group(case), steady.content_hash(), fingerprint(case.start, case.controller), p)
+        with self._lock:
+            if key in self._starts:
+                return self._starts[key]
+        h, sides, law = START_STEP * v.scale, [], self.controller(x, case)
+        for sign in (-1.0, 1.0):
+            moved = self._moved(x, p, sign * h)
+            model, start = self.model(moved, case), self._start(moved, number)
+            at = Case(model, steady)
+            start.set(at) if isinstance(start, Start) else start.put(at)
+            arrays = {n: a for n, a in at.arrays.items() if isinstance(a, np.ndarray) and a.dtype == np.float64}
+            arrays["controller_state"] = law.initial_state(first_point(model, steady, start))
+            sides.append({n: a.copy() for n, a in arrays.items() if n not in (*HELD, "weights")})
+        low, high = sides
+        changed = {n for n, a in high.items() if not np.array_equal(a, low[n], equal_nan=True)}
+        records = (type(at.system), type(at.sections), type(at.control))
+        if held := changed & {n for r in records for n, member in members(r).items() if member.constant}:
+            self.without[v.name] = f"it changes the {' and '.join(sorted(held))} of the simulation"
+        set_at_start = changed & {*at.aero_state.views, *OF_START}
+        found = {n: (high[n] - low[n]) / (2.0 * h) for n in set_at_start}
+        with self._lock:
+            self._starts[key] = found
+            while len(self._starts) > 4096:
+                self._starts.pop(next(iter(self._starts)))
+        return found
+
+    def _turbine_beside(self, x: Float, case: LoadCase, p: int, change: float) -> Any:
+        return self._turbine(self._moved(x, p, change), case)
+
+    def _state_beside(self, x: Float, case: LoadCase, point: StartPoint, p: int, change: float) -> dict[str, Float]:
+        """Initial state of the controller with a variable changed."""
+        moved = self._moved(x, p, change)
         if case.controller == BaselineCase():
-            return with_entries(BaselineController(self._turbine(x, case)), self.variables.entries(x)).initial_state(
-                point
-            )
-        return self.controller(x, case).initial_state(point)
+            law = with_entries(BaselineController(self._turbine(moved, case)), self.variables.entries(moved))
+        else:
+            law = self.controller(moved, case)
+        return {"controller_state": law.initial_state(point)}
 
     def _part(self, x: Float, number: int, by: Float, ways: Mapping[str, Any]) -> Float:
         """(K, P) contribution of a case to the derivatives."""
         case = self.cases[number].case
         run, prepare = self.run(x, number)
-        directions = self.ways(x, number, ways[fingerprint(case.options, case.environment)])
+        directions = self.ways(x, number, ways[_group(case)])
         used = [k for k in range(len(by)) if np.any(by[k])]
 
         def objectives(result: Result) -> list[tuple[float, dict[str, Float]]]:
@@ -438,12 +506,13 @@ class Runs:
         found = np.zeros((len(self.of_turbine), len(self.variables.each)))
 
         def terms(p: int, h: float) -> dict[str, Float]:
+            """Terms with a variable changed."""
             model = self.model(self._moved(x, p, h), case)
             return {t.name: np.array([of_turbine(t, model)]) for t in self.of_turbine}
 
         for p, v in enumerate(self.variables.each):
             if not v.of_controller and not v.path.startswith("control."):
-                slopes, _ = extrapolated(lambda h, p=p: terms(p, h), self.step(x, p))
+                slopes, _ = extrapolated(partial(terms, p), 0.1 * self.step(x, p))
                 found[:, p] = [float(slopes[t.name][0]) if t.name in slopes else 0.0 for t in self.of_turbine]
         return found
 
@@ -458,7 +527,7 @@ class Runs:
           TrialError: one failed.
           Interrupted: by Ctrl-C.
         """
-        pieces = [Piece(c.name if i == 0 or True else "", _Work(work, i)) for i, c in enumerate(self.cases)]
+        pieces = [Piece(c.name, _Work(work, i)) for i, c in enumerate(self.cases)]
         batch = Batch(pieces, workers=self.workers, progress=self.progress)
         self._stopped = False
         outcomes = _run(batch, self)
@@ -487,7 +556,7 @@ def _run(batch: Batch, runs: Runs) -> list[Any]:
         runs._stopped = True
         heard(frame)
 
-    batch._heard = both  # type: ignore[method-assign]
+    batch._heard = both  # type: ignore[method-assign,assignment]
     return batch.run()
 
 

@@ -73,16 +73,17 @@ def search(
     return str(found.message)
 
 
-def multipliers(problem: Problem, x: Float, margin: float = 5e-3) -> tuple[dict[str, float], float]:
+def multipliers(problem: Problem, x: Float, first: float, margin: float = 5e-3) -> tuple[dict[str, float], float]:
     """Multipliers of active limits and bounds at a design, and what of the gradient they leave (G-10).
 
     Args:
+      first: norm of the scaled gradient at the start.
       margin: limits and bounds within this of their values count as active.
 
     Returns:
       By text of a limit: change of the objective if the limit is tightened by one, in the limit's unit; by the name of
       a variable: change of the objective per scale of the variable beyond its bound. And the norm of the scaled
-      gradient that remains, over that of the objective.
+      gradient that remains, over that at the start.
     """
     from scipy.optimize import nnls
 
@@ -98,8 +99,7 @@ def multipliers(problem: Problem, x: Float, margin: float = 5e-3) -> tuple[dict[
             unit[p] = -1.0
         if unit.any():
             active.append((v.name, unit))
-    size = float(np.linalg.norm(rows[0])) or 1.0
     if not active:
-        return {}, 1.0
+        return {}, float(np.linalg.norm(rows[0])) / (first or 1.0)
     found, rest = nnls(np.array([row for _, row in active]).T, rows[0])
-    return {name: float(value) for (name, _), value in zip(active, found, strict=True)}, float(rest) / size
+    return {name: float(value) for (name, _), value in zip(active, found, strict=True)}, float(rest) / (first or 1.0)

@@ -79,7 +79,10 @@ class ConstraintSetting(TermSetting):
         given = [self.most, self.least, self.below, self.above, self.away]
         if all(each is None for each in given):
             raise ValueError("a constraint needs one of most, least (ratios to the start), below, above (SI), away")
-        for low, high, names in ((self.least, self.most, "least and most"), (self.above, self.below, "above and below")):
+        for low, high, names in (
+            (self.least, self.most, "least and most"),
+            (self.above, self.below, "above and below"),
+        ):
             if low is not None and high is not None and low > high:
                 raise ValueError(f"{names} contradict each other: no value is above {low:g} and below {high:g}")
         return self
@@ -153,8 +156,7 @@ class Design(Record):
     """Largest number of iterations [-; 5 to 100]."""
     tolerance: float = Field(default=1e-3, gt=0.0, lt=1.0)
     """Change of the objective at which the search ends [-; 1e-5 to 0.01]."""
-    rounds: int = Field(default=1, ge=1, le=10)
-    """Number of searches; each begins with the steady operation of the design so far [-; 1 to 3]."""
+
 
     @model_validator(mode="after")
     def _check(self) -> Design:

@@ -187,7 +187,7 @@ def of_turbine(term: Term, model: Model[Any]) -> float:
         mass = part.mass if getattr(part, "mass", None) is not None else part.mass_matrix[:, 0, 0]
         return float(np.trapezoid(mass, part.position))
     if term.kind == "frequency":
-        modes = {}
+        modes: dict[str, float] = {}
         for mode in natural_modes(model):
             modes.setdefault(mode.name, mode.frequency / TWO_PI)
         if term.of not in modes:

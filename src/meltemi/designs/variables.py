@@ -202,9 +202,9 @@ def _of_turbine(name: str, path: str, s: VariableSetting, turbine: AnyTurbine) -
         return [_number(name, path, s, float(value))]
     if len(lists) < len(targets) or any(a.dtype.kind not in "if" for a in lists):
         raise InputError(f"variables: {name!r} is neither a number nor a list of numbers")
-    if len({len(a) for a in lists}) > 1 or lists[0].ndim > 1:
-        if s.knots or s.entry or s.add:
-            raise InputError(f"variables: {name!r}: knots, entry and add need lists of one length")
+    unlike = len({len(a) for a in lists}) > 1 or lists[0].ndim > 1
+    if unlike and (s.knots or s.entry or s.add):
+        raise InputError(f"variables: {name!r}: knots, entry and add need lists of one length")
     base = 0.0 if s.add else 1.0
     start = base if s.start is None else float(s.start)
     n = len(lists[0])
@@ -223,7 +223,7 @@ def _of_turbine(name: str, path: str, s: VariableSetting, turbine: AnyTurbine) -
     low, high = float(s.low), float(s.high)
     if not low <= start <= high:
         raise InputError(f"variables: {name!r} begins at {start:g}, outside low {low:g} to high {high:g}")
-    if rows.shape[1:] != lists[0].shape[:1] or len({len(a) for a in lists}) > 1:
+    if unlike:
         rows = np.ones((1, 1))
     scale = s.scale or 0.25 * (high - low)
     return [Variable(one, path, low, high, start, scale, s.add, 1.0, row) for one, row in zip(names, rows, strict=True)]

@@ -11,23 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 Float = NDArray[np.float64]
-STEP = 4e-3
-"""Largest relative step: its fourth power, and rounding over its quarter, are about 1e-10."""
-LEVELS = 3
-ROUNDING = 1e-13
-"""Relative change of a table by the step that counts as none."""
+STEP = 0.03
+"""Largest relative step: with four levels its eighth power, and rounding of mode shapes over its eighth, are 1e-9."""
+LEVELS = 4
+ROUNDING = 1e-14
+"""Relative change of an entry by the step that counts as none."""
+FLOOR = 1e-6
+"""Smallest row of a table, over its largest, whose error counts."""
 
 
 def extrapolated(tables: Callable[[float], Mapping[str, Float]], step: float) -> tuple[dict[str, Float], float]:
-    """Derivatives of tables that are functions of one number, at zero, and the largest relative error of a table.
+    """Derivatives of tables that are functions of one number, at zero, and the largest relative error of a row.
 
     Args:
       tables: arrays by name, of the same shapes for all arguments.
       step: the largest step.
 
     Returns:
-      Derivatives that are not all zero; and the largest change by the last extrapolation, over the largest derivative
-      of the table: some 1e-10 where the tables are smooth, much more at a kink.
+      Derivatives that are not all zero; and the largest change by the last extrapolation, over the largest value or
+      derivative in the row of the table: some 1e-9 where the tables are smooth, much more at a kink.
     """
     rows: list[list[dict[str, Float]]] = []
     for level in range(LEVELS):
@@ -38,11 +40,14 @@ def extrapolated(tables: Callable[[float], Mapping[str, Float]], step: float) ->
             weight = 1.0 / (4.0 ** (k + 1) - 1.0)
             row.append({name: a + weight * (a - rows[-1][k][name]) for name, a in row[k].items()})
         rows.append(row)
-    best, before = rows[-1][-1], rows[-1][-2]
     found, error = {}, 0.0
-    for name, array in best.items():
-        largest, size = (float(np.max(np.abs(a), initial=0.0)) for a in (array, high[name]))
-        if largest * step > ROUNDING * size:
-            found[name] = array
-            error = max(error, float(np.max(np.abs(array - before[name]))) / largest)
+    for name, array in rows[-1][-1].items():
+        moved = np.abs(array) * step > ROUNDING * np.abs(high[name])
+        if np.any(moved):
+            found[name] = np.where(moved, array, 0.0)
+            whole = np.maximum(np.abs(found[name]), np.abs(high[name]) * STEP / step)
+            sizes = np.max(whole, axis=-1, keepdims=True) if array.ndim else whole
+            sizes = np.maximum(sizes, FLOOR * float(np.max(whole)))
+            change = np.where(moved, np.abs(array - rows[-1][-2][name]), 0.0)
+            error = max(error, float(np.max(change / np.where(sizes > 0.0, sizes, 1.0))))
     return found, error
