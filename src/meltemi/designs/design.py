@@ -15,10 +15,11 @@ from meltemi.cases.case import LoadCase, case_controller, case_turbine
 from meltemi.control.baseline import BaselineController
 from meltemi.core.errors import InputError
 from meltemi.core.fingerprint import fingerprint
+from meltemi.core.interrupts import on_interrupt
 from meltemi.core.shown import Brief
 from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import read_record
-from meltemi.designs.problem import History, Problem, Trial
+from meltemi.designs.problem import FEASIBLE, History, Problem, Trial
 from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, cases_of
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import Design
@@ -34,6 +35,8 @@ CHECK_STEPS = (1e-4, 1e-5, 1e-6)
 AGREES = 0.01
 """Relative difference up to which the gradient counts as right."""
 PROOF_SEEDS = 6
+OF_SEARCH = ("method", "iterations", "tolerance", "proof")
+"""Keys of a design that its trials do not depend on."""
 HISTORY = "history.jsonl"
 
 
@@ -166,10 +169,14 @@ def optimise(
       InputError: the design is not valid, its start cannot be evaluated, a variable has no effect, or the gradient does
         not agree with differences.
     """
+    place = ""
     if not isinstance(design, Design):
-        folder = Path(design).parent if folder is None else folder
+        place, folder = f"{design}: ", Path(design).parent if folder is None else folder
         design = read_design(design)
-    return _Study(design, Path(folder or "."), out, resume, workers, teller or Teller()).run(unchecked)
+    try:
+        return _Study(design, Path(folder or "."), out, resume, workers, teller or Teller()).run(unchecked)
+    except InputError as error:
+        raise InputError(f"{place}{error}") from None
 
 
 class _Study:
@@ -193,7 +200,8 @@ class _Study:
         terms |= {t.name: t for t in self.constraints}
         self.terms = list(terms.values())
         self.objective = [replace(terms[t.name], setting=t.setting) for t in self.objective]
-        content = (design.content(), [c.case.content() for c in self.cases], turbine.content(), code_identity())
+        given = {key: value for key, value in design.content().items() if key not in OF_SEARCH}
+        content = (given, [c.case.content() for c in self.cases], turbine.content(), code_identity())
         path = None if out is None else Path(out) / HISTORY
         self.history = History(path, str(fingerprint(*content)), resume=resume)
         self.runs = Runs(self.cases, self.terms, self.variables, folder, workers)
@@ -204,42 +212,39 @@ class _Study:
         self.iterations: list[Trial] = []
 
     def run(self, unchecked: bool) -> DesignResult:
-        say, problem = self.teller.line, self.problem
+        """Search and proof; Ctrl-C and SIGTERM end the search, and keep the best design so far."""
+        say, problem, d = self.teller.line, self.problem, self.design
         say(f"{len(self.variables.each)} variables, {len(self.cases)} runs, {len(problem.terms)} terms")
-        interrupted, ended, check = False, "", None
-        try:
-            self.runs.set_units()
-            first = problem.begin()
-            say(f"start: objective {first.objective:.5g}, largest violation {first.violation:.2g}")
-            self._step(self.variables.start)
-            check = self._check(unchecked)
-            self.slope = self._effects()
-        except Interrupted:
-            raise KeyboardInterrupt from None
-        x = self.variables.start
-        try:
-            for number in range(self.design.rounds):
-                if number:
-                    self.runs.restart(x)
-                    problem.round, problem.trials = number, []
-                    say(f"search {number + 1}: begins with the steady operation of the design so far")
-                d = self.design
-                ended = search(problem, x, method=d.method, iterations=d.iterations, tolerance=d.tolerance,
+        interrupted, ended = False, ""
+        with on_interrupt(lambda _: self.runs.stop()):
+            try:
+                self.runs.set_units()
+                first = problem.begin()
+                say(f"start: objective {first.objective:.5g}, largest violation {first.violation:.2g}")
+                self._step(self.variables.start)
+                check = self._check(unchecked)
+                slope = self._effects()
+                ended = search(problem, method=d.method, iterations=d.iterations, tolerance=d.tolerance,
                                step=self._step)  # fmt: skip
-                x = problem.best().x
-        except Interrupted:
-            interrupted, ended = True, "interrupted"
-        best = problem.best()
-        active, rest = ({}, np.nan) if interrupted else multipliers(problem, best.x, self.slope)
-        proof, names, soft = ((), (), {}) if interrupted else self._proof(best.x)
+                best = problem.best()
+                active, rest = multipliers(problem, best.x, slope)
+                proof, names, soft = self._proof(best.x)
+            except Interrupted:
+                if not self.iterations:
+                    raise KeyboardInterrupt from None
+                interrupted, ended, best = True, "interrupted", problem.best()
+                check, active, rest, proof, names, soft = None, {}, np.nan, [], [], {}
         failed = [t for t in problem.trials if t.failed]
-        notes = [f"{v}: derivatives by differences of runs: {why}" for v, why in self.runs.without.items()]
+        notes = [f"{v}: derivatives by differences of runs, since {why}" for v, why in self.runs.without.items()]
         notes += [f"{len(failed)} trials could not be evaluated, the last: {failed[-1].failed}"] if failed else []
+        if best.violation > FEASIBLE:
+            limit = problem.limits[int(np.argmin(best.margins))]
+            notes.append(f"no trial fulfils all limits: {limit.text} is violated by {best.violation:.2g}")
         return DesignResult(
-            turbine=self.variables.apply(best.x), design=self.design, problem=problem,
-            variables=tuple(self.variables.names), start=self.variables.start, end=best.x, objective=best.objective,
-            first=first, best=best, iterations=tuple(self.iterations), ended=ended, check=check, multipliers=active,
-            remainder=rest, proof=tuple(proof), proof_cases=tuple(names),
+            turbine=self.variables.apply(best.x), design=d, problem=problem, variables=tuple(self.variables.names),
+            start=self.variables.start, end=best.x, objective=best.objective, first=first, best=best,
+            iterations=tuple(self.iterations), ended=ended, check=check, multipliers=active, remainder=rest,
+            proof=tuple(proof), proof_cases=tuple(names),
             seconds=(self.runs.seconds, time.perf_counter() - self.began), soft=soft,
             entries=self.variables.entries(best.x), interrupted=interrupted, notes=tuple(notes),
         )  # fmt: skip

@@ -6,13 +6,13 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.designs.runs import DesignCase, Statistics, TrialError
+from meltemi.designs.runs import Runs, Statistics, TrialError
 from meltemi.designs.settings import ConstraintSetting
 from meltemi.designs.terms import Term
 from meltemi.designs.variables import Variables
@@ -20,27 +20,8 @@ from meltemi.designs.variables import Variables
 Float = NDArray[np.float64]
 FAILED = 10.0
 """Objective of a trial that cannot be evaluated, above the largest one so far: the line search goes back."""
-
-
-class Evaluator(Protocol):
-    """What evaluates trials; :class:`meltemi.designs.runs.Runs`."""
-
-    cases: Sequence[DesignCase]
-    of_runs: list[Term]
-    of_turbine: list[Term]
-    seconds: float
-
-    def statistics(self, x: Float) -> Statistics:
-        """Statistics of a trial."""
-        ...
-
-    def totals(self, found: Statistics) -> tuple[Float, list[Float]]:
-        """Those of all runs together."""
-        ...
-
-    def derivatives(self, x: Float, outputs: Float, found: Statistics) -> Float:
-        """(K, P) derivatives of outputs."""
-        ...
+FEASIBLE = 1e-4
+"""Violation of a limit, over its value at the start, that counts as none."""
 
 
 @dataclass(frozen=True)
@@ -143,18 +124,16 @@ class Problem:
 
     Attributes:
       trials: trials in their order.
-      round: number of the search.
     """
 
     def __init__(
-        self, variables: Variables, evaluator: Evaluator, objective: Sequence[Term], constraints: Sequence[Term],
+        self, variables: Variables, evaluator: Runs, objective: Sequence[Term], constraints: Sequence[Term],
         history: History, bands: Callable[[float], tuple[float, float]] | None = None,
     ) -> None:  # fmt: skip
         self.variables, self.evaluator, self.history, self.bands = variables, evaluator, history, bands
         self.terms = [*evaluator.of_runs, *evaluator.of_turbine]
         self.objective, self.constraints = list(objective), list(constraints)
         self.trials: list[Trial] = []
-        self.round, self.gradients = 0, 0
         self.first: Float | None = None
         self.limits: list[Limit] = []
 
@@ -251,7 +230,7 @@ class Problem:
                 return {"x": x.tolist(), "failed": str(error)}
             return {"x": x.tolist(), "runs": found.of_runs.tolist(), "turbine": found.of_turbine}
 
-        return self.history.get(f"{self.round} values {x.tobytes().hex()}", make)
+        return self.history.get(f"values {x.tobytes().hex()}", make)
 
     def _found(self, entry: dict[str, Any]) -> Statistics:
         runs = np.array(entry["runs"], dtype=float).reshape(len(entry["runs"]), len(self.evaluator.of_runs))
@@ -290,17 +269,16 @@ class Problem:
                 j = int(inverse.reshape(-1)[k])
                 sign = 1.0 if np.array_equal(outputs[k], outputs[first[j]]) else -1.0
                 rows.append(sign * found[j])
-            self.gradients += 1
             return {"x": x.tolist(), "jacobian": np.array(rows).tolist()}
 
-        return np.array(self.history.get(f"{self.round} slopes {x.tobytes().hex()}", make)["jacobian"])
+        return np.array(self.history.get(f"slopes {x.tobytes().hex()}", make)["jacobian"])
 
     # --------------------------------------------------------------------------------------------------- best
 
-    def best(self, tolerance: float = 1e-4) -> Trial:
-        """The feasible trial of this search with the smallest objective, or the one closest to feasible."""
+    def best(self) -> Trial:
+        """The feasible trial with the smallest objective, or the one closest to feasible."""
         done = [t for t in self.trials if not t.failed]
-        feasible = [t for t in done if t.violation <= tolerance]
+        feasible = [t for t in done if t.violation <= FEASIBLE]
         if feasible:
             return min(feasible, key=lambda t: t.objective)
         return min(done, key=lambda t: (t.violation, t.objective))

@@ -21,7 +21,7 @@ from meltemi.compiler import members
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.controllers.specification import BaselineCase
-from meltemi.core.errors import InputError, MeltemiError, RunError
+from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.yamlfile import merged, validated
 from meltemi.designs.settings import CaseSetting, Design
@@ -190,7 +190,7 @@ class Runs:
         self.progress: Callable[[float], None] | None = None
         self._models: dict[tuple[Any, ...], Model[Any]] = {}
         self._starts: dict[tuple[Any, ...], dict[str, Float]] = {}
-        self._lock = threading.Lock()
+        self._lock, self._stopped, self._batch = threading.Lock(), threading.Event(), cast("Batch | None", None)
         self.restart(variables.start)
 
     # ------------------------------------------------------------------------------------------------- inputs
@@ -311,7 +311,7 @@ class Runs:
         """The result of a run."""
         run, prepare = self.run(x, number)
         simulation = Simulation(run, prepare=prepare)
-        march(simulation, stop=lambda: self._stopped)
+        march(simulation, stop=self._stopped.is_set)
         if simulation.interrupted:
             raise Interrupted
         result = simulation.result()
@@ -328,7 +328,6 @@ class Runs:
         Raises:
           InputError: a channel is unknown.
         """
-        self._stopped = False
         result = self.simulated(self.origin, 0)
         for i, term in enumerate(self.of_runs):
             channels = matching(term.of, result)
@@ -421,7 +420,9 @@ class Runs:
 
     def _start(self, x: Float, number: int) -> Any:
         case = self.cases[number].case
-        return initial_state(self.model(x, case), self._hold(number).steady, case_start(case, self._turbine(x, case)))[0]
+        return initial_state(self.model(x, case), self._hold(number).steady, case_start(case, self._turbine(x, case)))[
+            0
+        ]
 
     def _begins(self, x: Float, number: int, p: int) -> dict[str, Float]:
         """Derivatives of the start of a case by a variable, by differences; the same for all seeds of a mean wind.
@@ -446,7 +447,7 @@ class Runs:
             sides.append({n: a.copy() for n, a in arrays.items() if n not in (*HELD, "weights")})
         low, high = sides
         changed = {n for n, a in high.items() if not np.array_equal(a, low[n], equal_nan=True)}
-        records = (type(at.system), type(at.sections), type(at.control))
+        records: list[Any] = [type(each) for each in (at.system, at.sections, at.control)]
         if held := changed & {n for r in records for n, member in members(r).items() if member.constant}:
             self.without[v.name] = f"it changes the {' and '.join(sorted(held))} of the simulation"
         set_at_start = changed & {*at.aero_state.views, *OF_START}
@@ -488,8 +489,7 @@ class Runs:
             return weighted
 
         total = np.zeros((len(by), len(directions)))
-        if self._stopped:
-            raise Interrupted
+        self.check()
         if used:
             total[used] = gradients(run, objectives, directions, prepare=prepare).slopes
             self.seconds += (3.3 + 2.0 * len(used)) * run.duration
@@ -518,46 +518,33 @@ class Runs:
 
     # --------------------------------------------------------------------------------------------------- work
 
-    _stopped = False
+    def stop(self) -> None:
+        """End the runs, as after Ctrl-C."""
+        self._stopped.set()
+        if self._batch is not None:
+            self._batch.stop.set()
 
     def _all(self, work: Callable[[int], Any]) -> list[Any]:
-        """Values of a function of all cases, in threads.
+        """Values of a function of the numbers of all cases, in threads.
 
         Raises:
           TrialError: one failed.
           Interrupted: by Ctrl-C.
         """
-        pieces = [Piece(c.name, _Work(work, i)) for i, c in enumerate(self.cases)]
-        batch = Batch(pieces, workers=self.workers, progress=self.progress)
-        self._stopped = False
-        outcomes = _run(batch, self)
-        if batch.interrupted or self._stopped:
-            raise Interrupted
+        pieces = [Piece(f"{i + 1}: {c.name}", partial(work, i)) for i, c in enumerate(self.cases)]
+        self._batch = Batch(pieces, workers=self.workers, progress=self.progress)
+        self.check()
+        outcomes = self._batch.run()
+        self.check()
         for outcome in outcomes:
             if outcome.error is not None:
-                raise TrialError(f"{outcome.name}: {outcome.message}")
+                raise TrialError(f"case {outcome.name}: {outcome.message}")
         return [outcome.value for outcome in outcomes]
 
-
-@dataclass(frozen=True)
-class _Work:
-    work: Callable[[int], Any]
-    number: int
-
-    def __call__(self) -> Any:
-        return self.work(self.number)
-
-
-def _run(batch: Batch, runs: Runs) -> list[Any]:
-    """Run a batch; its interruption ends the runs of the threads."""
-    heard = batch._heard
-
-    def both(frame: Any) -> None:
-        runs._stopped = True
-        heard(frame)
-
-    batch._heard = both  # type: ignore[method-assign,assignment]
-    return batch.run()
+    def check(self) -> None:
+        """Raise Interrupted after Ctrl-C."""
+        if self._stopped.is_set() or (self._batch is not None and self._batch.interrupted):
+            raise Interrupted
 
 
 def with_entries(controller: Controller, entries: Mapping[str, float]) -> Controller:
@@ -577,4 +564,3 @@ def with_entries(controller: Controller, entries: Mapping[str, float]) -> Contro
 
 START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.1, generator_torque=1e4)
 """Where the entries of a controller's state are looked up."""
-__all__ = ["DesignCase", "Interrupted", "RunError", "Runs", "Statistics", "TrialError", "cases_of", "with_entries"]

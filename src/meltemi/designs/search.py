@@ -15,13 +15,10 @@ from meltemi.designs.problem import Problem
 Float = NDArray[np.float64]
 
 
-def search(
-    problem: Problem, start: Float, *, method: str, iterations: int, tolerance: float, step: Callable[[Float], None]
-) -> str:
+def search(problem: Problem, *, method: str, iterations: int, tolerance: float, step: Callable[[Float], None]) -> str:
     """Search for the minimum of a problem; returns why the search ended.
 
     Args:
-      start: (P,) values of the variables.
       method: slsqp, trust-constr, l-bfgs-b or ipopt.
       iterations: largest number of iterations.
       tolerance: change of the objective at the end.
@@ -52,7 +49,6 @@ def search(
     constraints: Any = ()
     if method == "slsqp":
         options["ftol"] = tolerance
-        constraints = [{"type": "ineq", "fun": limits, "jac": limit_slopes}] if margins else ()
     elif method == "trust-constr":
         options |= {"gtol": tolerance, "xtol": 1e-3 * tolerance, "initial_tr_radius": 1.0}
         constraints = [NonlinearConstraint(limits, 0.0, np.inf, jac=limit_slopes)] if margins else ()
@@ -62,14 +58,17 @@ def search(
         need("method: ipopt", "cyipopt")
         from cyipopt import minimize_ipopt
 
-        constraints = [{"type": "ineq", "fun": limits, "jac": limit_slopes}] if margins else ()
-        options = {"max_iter": iterations, "tol": tolerance, "acceptable_tol": 10.0 * tolerance, "print_level": 0,
-                   "hessian_approximation": "limited-memory", "sb": "yes"}  # fmt: skip
-        found = minimize_ipopt(value, problem.scaled(start), jac=slope, bounds=list(zip(low, high, strict=True)),
-                               constraints=constraints, options=options, callback=told)  # fmt: skip
-        return str(found.message)
-    found = minimize(value, problem.scaled(start), jac=slope, bounds=Bounds(low, high), constraints=constraints,
-                     method=method, options=options, callback=told)  # fmt: skip
+        options = {"max_iter": iterations, "tol": tolerance, "acceptable_tol": 10.0 * tolerance, "print_level": 0}
+        options |= {"hessian_approximation": "limited-memory", "sb": "yes"}
+        of_method: dict[str, Any] = {"options": options, "bounds": list(zip(low, high, strict=True))}
+        minimise: Any = minimize_ipopt
+    else:
+        of_method = {"options": options, "bounds": Bounds(low, high), "method": method}
+        minimise = minimize
+    if margins and method != "trust-constr":
+        constraints = [{"type": "ineq", "fun": limits, "jac": limit_slopes}]
+    first = problem.scaled(problem.variables.start)
+    found = minimise(value, first, jac=slope, constraints=constraints, callback=told, **of_method)
     return str(found.message)
 
 

@@ -154,9 +154,8 @@ class Design(Record):
     """Optimiser: of SciPy, or Ipopt (extra ``ipopt``). ``l-bfgs-b`` takes bounds only."""
     iterations: int = Field(default=30, ge=1, le=1000)
     """Largest number of iterations [-; 5 to 100]."""
-    tolerance: float = Field(default=1e-3, gt=0.0, lt=1.0)
+    tolerance: float = Field(default=1e-4, gt=0.0, lt=1.0)
     """Change of the objective at which the search ends [-; 1e-5 to 0.01]."""
-
 
     @model_validator(mode="after")
     def _check(self) -> Design:

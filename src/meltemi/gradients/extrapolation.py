@@ -16,7 +16,7 @@ STEP = 0.03
 LEVELS = 4
 ROUNDING = 1e-14
 """Relative change of an entry by the step that counts as none."""
-FLOOR = 1e-6
+FLOOR = 1e-3
 """Smallest row of a table, over its largest, whose error counts."""
 
 
