@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
+from warnings import catch_warnings
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,11 +69,12 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
     if margins and method != "trust-constr":
         constraints = [{"type": "ineq", "fun": limits, "jac": limit_slopes}]
     first = problem.scaled(problem.variables.start)
-    found = minimise(value, first, jac=slope, constraints=constraints, callback=told, **of_method)
+    with catch_warnings(action="ignore", category=UserWarning):  # of a limit whose curvature is zero
+        found = minimise(value, first, jac=slope, constraints=constraints, callback=told, **of_method)
     return str(found.message)
 
 
-def multipliers(problem: Problem, x: Float, first: float, margin: float = 5e-3) -> tuple[dict[str, float], float]:
+def multipliers(problem: Problem, x: Float, first: float, margin: float = 1e-4) -> tuple[dict[str, float], float]:
     """Multipliers of active limits and bounds at a design, and what of the gradient they leave (G-10).
 
     Args:
