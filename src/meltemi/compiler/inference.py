@@ -11,15 +11,15 @@ from numba.core import targetconfig
 from numba.core.types.functions import BaseFunction
 
 _search = BaseFunction.get_call_type
-_KNOWN: WeakKeyDictionary[BaseFunction, dict[Any, Any]] = WeakKeyDictionary()
-"""Not within the types themselves: types of functions that are arguments are pickled with the code of a kernel."""
+_SIGNATURES: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
+"""By type of the function, not in it: the type is pickled with compiled code that refers to it."""
 
 
 def _remembered(self: BaseFunction, context: Any, args: Any, kws: Any) -> Any:
     """Signature of a call, as ``BaseFunction.get_call_type``, under the settings of the present compilation."""
     flags = targetconfig.ConfigStack.top_or_none()
     settings = flags and tuple(f"{name} {getattr(flags, name)}" for name in flags.options if flags.is_set(name))
-    known, key = _KNOWN.setdefault(self, {}), (context, tuple(args), tuple(kws.items()), settings)
+    known, key = _SIGNATURES.setdefault(self, {}), (context, tuple(args), tuple(kws.items()), settings)
     if key not in known:
         known[key] = _search(self, context, args, kws)
     return known[key]

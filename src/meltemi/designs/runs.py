@@ -393,7 +393,7 @@ class Runs:
         model, found = self.model(x, case), []
         for p, v in enumerate(self.variables.each):
             arrays: dict[str, Float] = {}
-            if not v.of_controller and v.name not in self.without:
+            if not v.of_controller and not v.path.startswith("control.") and v.name not in self.without:
                 try:
                     moved = partial(self._turbine_beside, x, case, p)
                     arrays, error = table_slopes(v.name, model, moved, self.step(x, p))
