@@ -100,6 +100,15 @@ def test_parameters_of_the_baseline_controller_are_those_of_the_turbine() -> Non
     assert Variables(TURBINE, (own,)).entries([1.5]) == {"controller.gain": pytest.approx(1.8)}
 
 
+def test_one_factor_on_the_same_number_of_several_records() -> None:
+    spar = load_turbine("nrel5mw-spar")
+    lines = variables_of({"turbine.platform.lines.*.length": VariableSetting(low=0.9, high=1.1)}, spar, {})
+    longer = lines.apply([1.01]).platform.lines
+    assert [each.length for each in longer] == [pytest.approx(1.01 * each.length) for each in spar.platform.lines]
+    second = variables_of({"turbine.platform.lines.2.length": VariableSetting(low=800, high=999)}, spar, {})
+    assert [each.length for each in second.apply([900.0]).platform.lines] == [902.2, 900.0, 902.2]
+
+
 @pytest.mark.parametrize(
     ("path", "setting", "words"),
     [
@@ -145,9 +154,7 @@ def test_derivatives_of_statistics_by_samples(name: str) -> None:
     random = np.random.default_rng(4)
     way = random.normal(size=result.data.shape)
     expected = sum(w @ way[:, result.names.index(channel)] for channel, w in weights.items())
-    low, high = (
-        statistic(term, replace(result, data=result.data + h * way), 5.0, 7.0)[0] for h in (-1e-7, 1e-7)
-    )
+    low, high = (statistic(term, replace(result, data=result.data + h * way), 5.0, 7.0)[0] for h in (-1e-7, 1e-7))
     assert expected == pytest.approx((high - low) / 2e-7, rel=2e-5)
     if term.kind == "clearance":
         least = min(result[c][50:].min() for c in NAMES[2:])

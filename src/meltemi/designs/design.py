@@ -265,7 +265,9 @@ class _Study:
         """Compare the gradient in the first case with differences along it."""
 
         def make() -> dict[str, Any]:
-            alone = Runs([replace(self.cases[0], share=1.0)], self.terms, self.variables, self.folder, 1)
+            alone = Runs(
+                [replace(self.cases[len(self.cases) // 2], share=1.0)], self.terms, self.variables, self.folder, 1
+            )
             alone.units, alone.slopes, alone.seconds = self.runs.units, self.runs.slopes, 0.0
             problem = Problem(self.variables, alone, self.objective, self.constraints, History(None, ""))
             problem.begin()
@@ -284,7 +286,9 @@ class _Study:
             return {"adjoint": size, "difference": nearest, "tables": alone.table_error}
 
         kept = self.history.get("check", make)
-        check = GradientCheck(self.cases[0].name, kept["adjoint"], kept["difference"], kept["tables"])
+        check = GradientCheck(
+            self.cases[len(self.cases) // 2].name, kept["adjoint"], kept["difference"], kept["tables"]
+        )
         words = (
             f"gradient in {check.case}: adjoint {check.adjoint:.6g}, difference {check.difference:.6g} "
             f"({check.error:.1e}); derivatives of tables to {check.table_error:.0e}"

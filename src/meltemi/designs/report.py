@@ -12,25 +12,32 @@ from meltemi.core.files import write_text
 from meltemi.core.yamlfile import write_record
 from meltemi.designs.design import DesignResult
 from meltemi.designs.problem import Problem, Trial
-from meltemi.report.palette import COLOURS
+from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import figure_title, name_curves, new_figure, panel, save
 from meltemi.report.tables import number, write_csv
 from meltemi.reports.blocks import Block, Document, Marked, Picture, Section, Table
 from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
 
+MOST_NAMES = 16
+"""Largest number of curves with names."""
 TURBINE, CONTROLLER, PAGE, PROGRESS = "designed.yaml", "designed_controller.py", "design.html", "progress.png"
 
 
 def write_progress(problem: Problem, trials: Sequence[Trial], out: Path) -> Path:
-    """Draw objective, violation and variables of the iterations so far."""
-    n = np.arange(len(trials))
-    figure, axes = new_figure(3, size=(7.2, 6.4))
-    objective, violated, variables = axes[:, 0]
+    """Draw objective, margins and variables of the iterations so far."""
+    n, limits = np.arange(len(trials)), problem.limits
+    figure, axes = new_figure(2 + bool(limits), size=(8.0, 6.6 if limits else 4.6))
+    objective, variables = axes[0, 0], axes[-1, 0]
     objective.plot(n, [t.objective for t in trials], "o-", color=COLOURS[0])
     panel(objective, "Objective", "-")
-    violated.plot(n, [t.violation for t in trials], "o-", color=COLOURS[1])
-    panel(violated, "Largest violation of a limit, over its value at the start", "-")
+    if limits:
+        margins = axes[1, 0]
+        rows = 100.0 * np.array([t.margins if not t.failed else np.full(len(limits), np.nan) for t in trials])
+        for k, limit in enumerate(limits):
+            margins.plot(n, rows[:, k], "o-", label=problem.terms[limit.term].name, markersize=2.5)
+        margins.axhline(0.0, color=INK, linewidth=0.8)
+        panel(margins, "Margins to the limits, over the values at the start; negative where violated", "%")
     low, high = problem.variables.low, problem.variables.high
     places = (np.array([t.x for t in trials]) - low) / (high - low)
     for p, name in enumerate(problem.variables.names):
@@ -40,9 +47,10 @@ def write_progress(problem: Problem, trials: Sequence[Trial], out: Path) -> Path
     if len(trials) < 12:
         variables.set_xticks(n)
     figure_title(figure, "Design by gradients")
-    if len(problem.variables.names) <= 16:
-        figure.draw_without_rendering()
-        name_curves(variables)
+    figure.draw_without_rendering()
+    for ax, count in ((axes[1, 0], len(limits)), (variables, len(low))):
+        if 0 < count <= MOST_NAMES:
+            name_curves(ax)
     return save(figure, out / PROGRESS)
 
 
@@ -154,7 +162,7 @@ def write_design(result: DesignResult, out: str | Path, *, repeat: str = "", foo
             Section("Start and end on unseen runs", blocks if result.proof else ["The search was interrupted."]),
             Section("Variables", [variable_table(result)]),
             Section("What holds the design", [each + "." for each in sentences(result)]),
-            Section("Progress", [Picture(progress, "Objective, violation and variables after each iteration.")]),
+            Section("Progress", [Picture(progress, "Objective, margins and variables after each iteration.")]),
         ],
         footer=" · ".join(filter(None, (repeat, footer))),
     )

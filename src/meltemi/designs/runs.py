@@ -20,7 +20,7 @@ from meltemi.cases.case import LoadCase, case_controller, case_run, case_start, 
 from meltemi.compiler import members
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint
-from meltemi.controllers.specification import BaselineCase
+from meltemi.controllers.specification import BaselineCase, SupervisedCase
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.yamlfile import merged, validated
@@ -228,16 +228,23 @@ class Runs:
 
     def controller(self, x: Float, case: LoadCase) -> Controller:
         """The controller of a trial: that of the turbine's settings, or one that is designed once, with its entries."""
-        if case.controller == BaselineCase():
-            law = BaselineController(self.model(x, case).turbine)
-        else:
-            key = str(fingerprint(case.controller))
-            if key not in self._laws:
-                made = case_controller(case, self.model(self.variables.start, case), self.folder)
-                assert made is not None
-                self._laws[key] = made
-            law = self._laws[key]
+        law = self._law(x, case, self.model(x, case).turbine)
         return with_entries(law, self.variables.entries(x))
+
+    def _law(self, x: Float, case: LoadCase, turbine: Any) -> Controller:
+        """The controller of a case; that of a scheme or a file is made once, for the turbine at the start."""
+        if case.controller == BaselineCase():
+            return BaselineController(turbine)
+        if isinstance(case.controller, SupervisedCase):
+            made = case_controller(case, replace(self.model(self.origin, case), turbine=turbine), self.folder)
+            assert made is not None
+            return made
+        key = str(fingerprint(case.controller))
+        if key not in self._laws:
+            made = case_controller(case, self.model(self.variables.start, case), self.folder)
+            assert made is not None
+            self._laws[key] = made
+        return self._laws[key]
 
     @cached_property
     def _laws(self) -> dict[str, Controller]:
@@ -409,7 +416,7 @@ class Runs:
         point = first_point(self.model(x, case), self._hold(number).steady, self._start(x, number))
         for p, v in enumerate(self.variables.each):
             state: dict[str, Float] = {}
-            if v.of_controller or (v.path.startswith("control.") and case.controller == BaselineCase()):
+            if v.of_controller or v.path.startswith("control."):
                 state, _ = extrapolated(partial(self._state_beside, x, case, point, p), self.step(x, p))
             begin = self._begins(x, number, p)
             if "controller_state" in begin and "controller_state" in state:
@@ -464,10 +471,7 @@ class Runs:
     def _state_beside(self, x: Float, case: LoadCase, point: StartPoint, p: int, change: float) -> dict[str, Float]:
         """Initial state of the controller with a variable changed."""
         moved = self._moved(x, p, change)
-        if case.controller == BaselineCase():
-            law = with_entries(BaselineController(self._turbine(moved, case)), self.variables.entries(moved))
-        else:
-            law = self.controller(moved, case)
+        law = with_entries(self._law(moved, case, self._turbine(moved, case)), self.variables.entries(moved))
         return {"controller_state": law.initial_state(point)}
 
     def _part(self, x: Float, number: int, by: Float, ways: Mapping[str, Any]) -> Float:

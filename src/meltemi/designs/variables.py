@@ -6,7 +6,7 @@ Reference: docs/theory/designs.md (G-1, G-2).
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -108,7 +108,8 @@ class Variables:
             (offset if v.add else factor)[...] += (value - (0.0 if v.add else 1.0)) * v.row
         for path, (factor, offset) in lists.items():
             for container, key in places(data, path):
-                container[key] = (np.asarray(container[key], dtype=float) * factor + offset).tolist()
+                value = np.asarray(container[key], dtype=float) * factor + offset
+                container[key] = value.tolist() if isinstance(container[key], list | tuple) else float(value[0])
         try:
             return type(self.turbine).model_validate(data)
         except (ValueError, MeltemiError) as error:
@@ -194,11 +195,15 @@ def _of_turbine(name: str, path: str, s: VariableSetting, turbine: AnyTurbine) -
     targets = [(container, container[key]) for container, key in places(data, path, name)]
     lists = [np.asarray(value) for _, value in targets if isinstance(value, list | tuple)]
     if not lists:
-        value = targets[0][1]
-        if len(targets) > 1 or isinstance(value, bool) or not isinstance(value, int | float):
+        values = [value for _, value in targets]
+        if any(isinstance(value, bool) or not isinstance(value, int | float) for value in values):
             raise InputError(f"variables: {name!r} is neither a number nor a list of numbers")
+        value = values[0]
         if s.knots or s.entry or s.add:
             raise InputError(f"variables: {name!r} is a number: knots, entry and add are for lists")
+        if len(values) > 1:  # a factor on all of them
+            common = _number(name, path, s.replace(relative=True), 1.0)
+            return [replace(common, row=np.ones(1))]
         return [_number(name, path, s, float(value))]
     if len(lists) < len(targets) or any(a.dtype.kind not in "if" for a in lists):
         raise InputError(f"variables: {name!r} is neither a number nor a list of numbers")
