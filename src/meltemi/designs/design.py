@@ -20,7 +20,7 @@ from meltemi.core.shown import Brief
 from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import read_record
 from meltemi.designs.problem import FEASIBLE, History, Problem, Trial
-from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, cases_of
+from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, TrialError, cases_of
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import Design
 from meltemi.designs.terms import hard, term_of
@@ -210,6 +210,7 @@ class _Study:
             self.variables, self.runs, self.objective, self.constraints, self.history, _bands(turbine)
         )
         self.iterations: list[Trial] = []
+        self.early: list[str] = []
 
     def run(self, unchecked: bool) -> DesignResult:
         """Search and proof; Ctrl-C and SIGTERM end the search, and keep the best design so far."""
@@ -224,18 +225,20 @@ class _Study:
                 self._step(self.variables.start)
                 check = self._check(unchecked)
                 slope = self._effects()
-                ended = search(problem, method=d.method, iterations=d.iterations, tolerance=d.tolerance,
-                               step=self._step)  # fmt: skip
+                ended = self._ended(lambda: search(problem, method=d.method, iterations=d.iterations,
+                                                   tolerance=d.tolerance, step=self._step), "")  # fmt: skip
                 best = problem.best()
-                active, rest = multipliers(problem, best.x, slope)
-                proof, names, soft = self._proof(best.x)
+                active, rest = self._ended(lambda: multipliers(problem, best.x, slope), ({}, np.nan))
+                proof, names, soft = self._ended(lambda: self._proof(best.x), ([], [], {}))
             except Interrupted:
                 if not self.iterations:
                     raise KeyboardInterrupt from None
                 interrupted, ended, best = True, "interrupted", problem.best()
                 check, active, rest, proof, names, soft = None, {}, np.nan, [], [], {}
         failed = [t for t in problem.trials if t.failed]
-        notes = [f"{v}: derivatives by differences of runs, since {why}" for v, why in self.runs.without.items()]
+        notes = [*self.early] + [
+            f"{v}: derivatives by differences of runs, since {why}" for v, why in self.runs.without.items()
+        ]
         notes += [f"{len(failed)} trials could not be evaluated, the last: {failed[-1].failed}"] if failed else []
         if best.violation > FEASIBLE:
             limit = problem.limits[int(np.argmin(best.margins))]
@@ -248,6 +251,14 @@ class _Study:
             seconds=(self.runs.seconds, time.perf_counter() - self.began), soft=soft,
             entries=self.variables.entries(best.x), interrupted=interrupted, notes=tuple(notes),
         )  # fmt: skip
+
+    def _ended(self, work: Callable[[], Any], otherwise: Any) -> Any:
+        """The value of a part of the study; if a trial of it cannot be evaluated, a note says why."""
+        try:
+            return work()
+        except TrialError as error:
+            self.early.append(f"ended early: {error}")
+            return otherwise
 
     def _step(self, x: Float) -> None:
         trial = self.problem.trial(x)
@@ -271,7 +282,7 @@ class _Study:
             alone.units, alone.slopes, alone.seconds = self.runs.units, self.runs.slopes, 0.0
             problem = Problem(self.variables, alone, self.objective, self.constraints, History(None, ""))
             problem.begin()
-            row = problem.jacobian(self.variables.start)[0] * self.variables.scale
+            row = self._slopes(problem)[0]
             size = float(np.linalg.norm(row))
             y, way = problem.scaled(self.variables.start), row / (size or 1.0)
             found = []
@@ -301,9 +312,16 @@ class _Study:
             )
         return check
 
+    def _slopes(self, problem: Problem) -> Float:
+        """Scaled derivatives at the start."""
+        try:
+            return problem.jacobian(self.variables.start) * self.variables.scale
+        except TrialError as error:
+            raise InputError(f"the derivatives at the start cannot be computed: {error}") from None
+
     def _effects(self) -> float:
         """Norm of the scaled gradient at the start, after a test that every variable has an effect."""
-        rows = self.problem.jacobian(self.variables.start) * self.variables.scale
+        rows = self._slopes(self.problem)
         for name, column in zip(self.variables.names, rows.T, strict=True):
             if not np.any(column):
                 raise InputError(f"variables: {name!r} has no effect on any term of objective and constraints")

@@ -246,7 +246,7 @@ class Problem:
         """(1 + L, P) derivatives of the objective and of the margins by the variables.
 
         Raises:
-          InputError: a neighbouring turbine cannot be built.
+          TrialError: a neighbouring turbine cannot be built.
         """
         entry = self._statistics(x)
         if "failed" in entry:
@@ -260,10 +260,8 @@ class Problem:
                 outputs[1 + k, limit.term] = limit.sign / limit.unit
             kinds, inverse = np.unique(np.abs(outputs), axis=0, return_inverse=True)
             first = [int(np.flatnonzero(inverse == j)[0]) for j in range(len(kinds))]
-            try:  # two sides of a limit have the same derivatives but for the sign
-                found = self.evaluator.derivatives(x, outputs[first], self._found(entry))
-            except TrialError as error:
-                raise InputError(f"the derivatives cannot be computed: {error}") from None
+            # two sides of a limit have the same derivatives but for the sign
+            found = self.evaluator.derivatives(x, outputs[first], self._found(entry))
             rows = []
             for k in range(len(outputs)):
                 j = int(inverse.reshape(-1)[k])

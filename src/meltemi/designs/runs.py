@@ -211,15 +211,14 @@ class Runs:
             self._reference[group] = build(turbine, case.options, case.environment)
         reference = self._reference[group]
         key = (group, x.tobytes())
-        if key not in self._models:
+        if (model := self._models.get(key)) is None:
             model = build(self._turbine(x, case), case.options, case.environment)
             model = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
             with self._lock:
                 self._models[key] = model
                 while len(self._models) > 3 + 2 * len(self.variables.each):
                     self._models.pop(next(iter(self._models)))
-            return model
-        return self._models[key]
+        return model
 
     def _turbine(self, x: Float, case: LoadCase) -> Any:
         base = self.variables.turbine
@@ -299,8 +298,8 @@ class Runs:
           Interrupted: by Ctrl-C.
         """
         try:
-            models = [self.model(x, each.case) for each in self.cases[:1]]
-            fixed = {t.name: of_turbine(t, models[0]) for t in self.of_turbine}
+            model = self.model(x, self.cases[0].case)
+            fixed = {t.name: of_turbine(t, model) for t in self.of_turbine}
             for number in range(len(self.cases)):
                 self._hold(number)
         except MeltemiError as error:
