@@ -12,7 +12,11 @@ from ruamel.yaml import YAML
 
 from meltemi import InputError, load_turbine
 from meltemi.analysis import optimise
+from meltemi.core.yamlfile import read_record, validated
 from meltemi.designs.commands import optimise as command
+from meltemi.designs.settings import Design
+
+ROOT = Path(__file__).parents[2]
 
 KEYS: dict[str, Any] = {
     "turbine": "nrel5mw",
@@ -48,9 +52,18 @@ def test_messages_before_any_run(changes: dict[str, Any], words: str, tmp_path: 
     assert not (tmp_path / "history.jsonl").exists()
 
 
+def test_the_design_of_the_page_is_that_of_the_examples() -> None:
+    page = (ROOT / "docs/guide/designs.md").read_text()
+    block = page.partition('```yaml title="design.yaml"\n')[2].partition("```")[0]
+    example = read_record(ROOT / "examples/design.yaml", Design)
+    assert validated(YAML(typ="safe").load(block), Design, "page") == example
+
+
 @pytest.mark.long
 @pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="derivatives exist in compiled code only")
-def test_a_search_its_files_and_its_resumption(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_search_its_files_and_its_resumption(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     file, out = written(tmp_path), tmp_path / "out"
     out.mkdir()
     command(file, out=out, workers=1)
@@ -71,3 +84,7 @@ def test_a_search_its_files_and_its_resumption(tmp_path: Path, capsys: pytest.Ca
     (out / "history.jsonl").write_text("\n".join(history[: len(history) // 2]))
     command(file, out=out, workers=1, resume=True)
     assert json.loads((out / "design.json").read_text())["variables"] == result["variables"]
+    monkeypatch.chdir(tmp_path)
+    code = (ROOT / "docs/guide/designs.md").read_text().partition("```python\n")[2].partition("```")[0]
+    exec(compile(code, "designs.md", "exec"), {})
+    assert "controller.proportional_gain" in capsys.readouterr().out

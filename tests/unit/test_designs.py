@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -339,3 +340,15 @@ def test_designs_that_contradict_themselves(changes: dict[str, Any], words: str)
 def test_a_case_that_is_none_names_its_place() -> None:
     with pytest.raises(InputError, match="cases 1"):
         cases_of(design(case={"duration": -1.0}), Path())
+
+
+def test_ipopt_is_asked_for_where_it_is_missing() -> None:
+    if find_spec("cyipopt"):
+        pytest.skip("cyipopt is installed")
+    with pytest.raises(InputError, match="cyipopt"):
+        find(problem_of(Toy(), most=2.0), "ipopt")
+
+
+def test_ipopt_finds_the_same_optimum() -> None:
+    pytest.importorskip("cyipopt", reason="needs cyipopt: pip install cyipopt")
+    np.testing.assert_allclose(find(problem_of(Toy(), most=2.0), "ipopt").x, [1.5, 0.5], atol=1e-3)

@@ -63,14 +63,18 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
         options |= {"hessian_approximation": "limited-memory", "sb": "yes"}
         of_method: dict[str, Any] = {"options": options, "bounds": list(zip(low, high, strict=True))}
         minimise: Any = minimize_ipopt
+
+        def gradient(y: Float) -> Float:  # which has no callback
+            told(y)
+            return slope(y)
     else:
-        of_method = {"options": options, "bounds": Bounds(low, high), "method": method}
-        minimise = minimize
+        of_method = {"options": options, "bounds": Bounds(low, high), "method": method, "callback": told}
+        minimise, gradient = minimize, slope
     if margins and method != "trust-constr":
         constraints = [{"type": "ineq", "fun": limits, "jac": limit_slopes}]
     first = problem.scaled(problem.variables.start)
     with catch_warnings(action="ignore", category=UserWarning):  # of a limit whose curvature is zero
-        found = minimise(value, first, jac=slope, constraints=constraints, callback=told, **of_method)
+        found = minimise(value, first, jac=gradient, constraints=constraints, **of_method)
     return str(found.message)
 
 
