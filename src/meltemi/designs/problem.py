@@ -65,7 +65,7 @@ class Trial:
 
 
 class History:
-    """Trials and derivatives in a file, from which a search that was interrupted is repeated to the bit.
+    """Trials and derivatives in a file, from which a search that was interrupted is repeated exactly.
 
     Args:
       file: file of JSON lines; None: memory only.

@@ -416,7 +416,11 @@ class Runs:
         for p, v in enumerate(self.variables.each):
             state: dict[str, Float] = {}
             if v.of_controller or v.path.startswith("control."):
-                state, _ = extrapolated(partial(self._state_beside, x, case, point, p), self.step(x, p))
+                key = (x.tobytes(), p, point, fingerprint(case.controller))
+                if key not in self._starts:
+                    beside = partial(self._state_beside, x, case, point, p)
+                    self._starts[key] = extrapolated(beside, self.step(x, p))[0]
+                state = dict(self._starts[key])
             begin = self._begins(x, number, p)
             if "controller_state" in begin and "controller_state" in state:
                 state["controller_state"] = state["controller_state"] + begin["controller_state"]
