@@ -44,6 +44,8 @@ def written(tmp_path: Path, **changes: Any) -> Path:
         ({"objective": {"dell x": 1.0}}, "design.yaml: terms: 'dell x' begins with no kind of term"),
         ({"case": {"duration": -1.0}}, "cases 1: duration"),
         ({"proof": {"seed": [1]}}, "did you mean 'seeds'"),
+        ({"proof": {"seeds": [3, 4]}}, "the optimiser sees 18 m/s, seed 3: choose other seeds"),
+        ({"proof": {"cases": [{"speed": -3.0}]}}, "speed"),
     ],
 )
 def test_messages_before_any_run(changes: dict[str, Any], words: str, tmp_path: Path) -> None:

@@ -186,6 +186,7 @@ class _Study:
         self.design, self.folder, self.workers, self.teller = design, folder, workers, teller
         self.began = time.perf_counter()
         self.cases = cases_of(design, folder)
+        self.unseen = self._unseen()
         first = self.cases[0].case
         turbine = case_turbine(first.replace(icing=None, imbalance=None, electrical=None), folder)
         self.variables = variables_of(design.variables, turbine, _state(first, turbine, folder))
@@ -211,6 +212,17 @@ class _Study:
         )
         self.iterations: list[Trial] = []
         self.early: list[str] = []
+
+    def _unseen(self) -> list[DesignCase]:
+        """Cases of the proof; none for runs of a load base without ``proof.cases``."""
+        given, last = self.design.proof, max(c.seed for c in self.cases)
+        seeds = given.seeds or tuple(range(last + 101, last + 101 + PROOF_SEEDS))
+        settings = given.cases or tuple(s.replace(seeds=seeds) for s in self.design.cases)
+        found = cases_of(self.design, self.folder, settings)
+        known = {c.case.content_hash() for c in self.cases}
+        if seen := [c.name for c in found if hasattr(c.case.wind, "seed") and c.case.content_hash() in known]:
+            raise InputError(f"proof: the optimiser sees {', '.join(seen)}: choose other seeds")
+        return found
 
     def run(self, unchecked: bool) -> DesignResult:
         """Search and proof; Ctrl-C and SIGTERM end the search, and keep the best design so far."""
@@ -329,14 +341,9 @@ class _Study:
 
     def _proof(self, x: Float) -> tuple[list[Change], list[str], dict[str, tuple[float, float]]]:
         """Start and end on runs that the optimiser did not see, each in its own steady operation."""
-        settings = self.design.proof.cases or self.design.cases
-        if not settings:
+        cases = self.unseen
+        if not cases:
             return [], [], {}
-        last = max(c.seed for c in self.cases)
-        seeds = self.design.proof.seeds or tuple(range(last + 101, last + 101 + PROOF_SEEDS))
-        if not self.design.proof.cases:
-            settings = tuple(s.replace(seeds=seeds) for s in settings)
-        cases = cases_of(self.design, self.folder, settings)
         self.teller.line(f"proof: {len(cases)} unseen runs of start and end")
         found = []
         runs = Runs(cases, self.terms, self.variables, self.folder, self.workers)

@@ -19,6 +19,7 @@ from meltemi.reports.blocks import Block, Document, Marked, Picture, Section, Ta
 from meltemi.reports.html import write_page
 from meltemi.reports.rendering import report_folder
 
+NO_PROOF = "None: the search was interrupted, or proof.cases of a load base are not given."
 MOST_NAMES = 16
 """Largest number of curves with names."""
 TURBINE, CONTROLLER, PAGE, PROGRESS = "designed.yaml", "designed_controller.py", "design.html", "progress.png"
@@ -159,7 +160,7 @@ def write_design(result: DesignResult, out: str | Path, *, repeat: str = "", foo
         lead=f"The objective falls from {result.first.objective:.4g} to {result.objective:.4g}. {_distinct(result)}",
         facts=facts,
         sections=[
-            Section("Start and end on unseen runs", blocks if result.proof else ["The search was interrupted."]),
+            Section("Start and end on unseen runs", blocks if result.proof else [NO_PROOF]),
             Section("Variables", [variable_table(result)]),
             Section("What holds the design", [each + "." for each in sentences(result)]),
             Section("Progress", [Picture(progress, "Objective, margins and variables after each iteration.")]),
