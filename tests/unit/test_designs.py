@@ -15,6 +15,7 @@ import pytest
 from meltemi import InputError, Result, Turbine, load_turbine
 from meltemi.core.yamlfile import validated
 from meltemi.designs.problem import History, Problem
+from meltemi.designs.report import controller_text
 from meltemi.designs.runs import Statistics, TrialError, cases_of
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import ConstraintSetting, Design, VariableSetting
@@ -340,6 +341,22 @@ def test_designs_that_contradict_themselves(changes: dict[str, Any], words: str)
 def test_a_case_that_is_none_names_its_place() -> None:
     with pytest.raises(InputError, match="cases 1"):
         cases_of(design(case={"duration": -1.0}), Path())
+
+
+def test_the_written_controller_has_the_designed_entries() -> None:
+    from meltemi.control.controller import StartPoint
+    from meltemi.controllers.specification import BaselineCase
+
+    cases = [SimpleNamespace(case=SimpleNamespace(controller=BaselineCase()))]
+    result = SimpleNamespace(
+        problem=SimpleNamespace(evaluator=SimpleNamespace(cases=cases)), entries={"controller.smoothing": 0.25}
+    )
+    module: dict[str, Any] = {}
+    exec(controller_text(result), module)  # type: ignore[arg-type]
+    made = module["controller"](TURBINE)
+    state = made.initial_state(StartPoint(wind_speed=12.0, generator_speed=120.0, pitch=0.1, generator_torque=4e4))
+    assert state[made.state_names.index("smoothing")] == 0.25
+    assert state[made.state_names.index("proportional_gain")] == TURBINE.control.pitch.proportional_gain
 
 
 def test_ipopt_is_asked_for_where_it_is_missing() -> None:

@@ -97,7 +97,8 @@ def sentences(result: DesignResult) -> list[str]:
         if value <= 1e-6:
             continue
         if name in texts:
-            found.append(f"active: {name}: a further 1 % of it would bring {number(value)} % of the objective")
+            share = number(value / abs(result.objective))
+            found.append(f"active: {name}: a further 1 % of it would bring {share} % of the objective")
         else:
             found.append(f"active: {name} is at its bound: beyond it the objective would fall by {number(value)} per "
                          "scale of the variable")  # fmt: skip

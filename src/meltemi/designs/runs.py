@@ -29,7 +29,7 @@ from meltemi.designs.terms import Term, combined, matching, of_turbine, slope_of
 from meltemi.designs.variables import Variables
 from meltemi.gradients.adjoint import gradients
 from meltemi.gradients.extrapolation import STEP, extrapolated
-from meltemi.gradients.sensitivity import Direction, WithoutDerivatives, matched, table_slopes
+from meltemi.gradients.sensitivity import Direction, matched, table_slopes
 from meltemi.loadcases.batch import Batch, Piece
 from meltemi.simulation.bladed.rotor import BladedRotor
 from meltemi.simulation.case import Case
@@ -54,6 +54,8 @@ OF_START = ("q", "v", "pitch", "drive", "demands", "gears", "controller_state")
 """Arrays that the start of a run sets, besides those of inflow and stall."""
 START_STEP = 1e-2
 """Step of differences of the start over the scale of a variable: steady operation is found to 1e-5."""
+RUN_STEP = 1e-2
+"""Step of differences of runs over the scale of a variable."""
 WITHOUT_START = tuple(
     f"control.{name}"
     for name in ("filter_frequency", "pitch.proportional_gain", "pitch.integral_gain", "pitch.gain_halving_pitch",
@@ -392,7 +394,7 @@ class Runs:
     def step(self, x: Float, p: int) -> float:
         """Step of the differences of tables by a variable."""
         v = self.variables.each[p]
-        return STEP * (abs(float(x[p])) if x[p] != 0.0 and not v.add else v.scale)
+        return min(STEP * abs(float(x[p])), v.scale) if x[p] != 0.0 and not v.add else STEP * v.scale
 
     def _tables(self, x: Float, case: LoadCase) -> list[dict[str, Float]]:
         """Derivatives of the model's tables by each variable."""
@@ -404,7 +406,7 @@ class Runs:
                     moved = partial(self._turbine_beside, x, case, p)
                     arrays, error = table_slopes(v.name, model, moved, self.step(x, p))
                     self.table_error = max(self.table_error, error)
-                except WithoutDerivatives as refused:
+                except InputError as refused:  # without derivatives, or no turbine so far away
                     self.without[v.name] = str(refused).partition(": ")[2].partition(", which")[0]
             found.append(arrays)
         return found
@@ -502,7 +504,7 @@ class Runs:
             self.seconds += (3.3 + 2.0 * len(used)) * run.duration
         for p, v in enumerate(self.variables.each):
             if v.name in self.without:
-                h = 0.05 * self.step(x, p) / STEP * 0.1
+                h = RUN_STEP * v.scale
                 low, high = (self._row(self._moved(x, p, sign * h), number) for sign in (-1.0, 1.0))
                 total[:, p] += by @ (high - low) / (2.0 * h)
         return total
