@@ -72,12 +72,14 @@ class Change:
 
     Attributes:
       name: of the term.
-      start, end: values.
+      unit: engineering unit of the values.
+      start, end: values in this unit.
       change: of the ratio, paired by seed; None for terms of the turbine.
       role: objective or constraint.
     """
 
     name: str
+    unit: str
     start: float
     end: float
     change: MeanEstimate | None
@@ -356,13 +358,15 @@ class _Study:
         changes = []
         for i, term in enumerate(self.problem.terms):
             role = "objective" if term.name in self.design.objective else "constraint"
+            unit, factor = self.runs.display[term.name]
+            change: MeanEstimate | None = None
             if term.of_runs:
                 both = [_of_seeds(runs, each.of_runs, i, cases, places) for each in found]
-                whole = [float(runs.totals(each)[0][i]) for each in found]
-                changes.append(Change(term.name, whole[0], whole[1], mean_interval(both[1] / both[0] - 1.0), role))
+                ends = [float(runs.totals(each)[0][i]) for each in found]
+                change = mean_interval(both[1] / both[0] - 1.0)
             else:
-                a, b = (each.of_turbine[term.name] for each in found)
-                changes.append(Change(term.name, a, b, None, role))
+                ends = [each.of_turbine[term.name] for each in found]
+            changes.append(Change(term.name, unit, factor * ends[0], factor * ends[1], change, role))
         soft = {}
         for i, term in enumerate(self.runs.of_runs):
             if term.soft:

@@ -75,17 +75,17 @@ def change_table(result: DesignResult) -> Table:
     """Changes on runs that the optimiser did not see."""
     rows = []
     for each in result.proof:
-        cells = [each.name, each.role, number(each.start), number(each.end)]
+        cells = [each.name, each.role, each.unit, number(each.start), number(each.end)]
         if each.change is None:
             rows.append([*cells, number(100.0 * (each.end / each.start - 1.0)), "", ""])
             continue
         c = each.change
         sure = abs(c.mean) > c.half_width
         rows.append([*cells, number(100.0 * c.mean), number(100.0 * c.half_width), "yes" if sure else "no"])
-    head = ["term", "role", "start", "end", "change\n[%]", "95 %\n[%]", "distinct"]
+    head = ["term", "role", "unit", "start", "end", "change\n[%]", "95 %\n[%]", "distinct"]
     n = max((each.change.n for each in result.proof if each.change), default=0)
     return Table(head, rows, f"Start and end in {len(result.proof_cases)} runs that the optimiser did not see",
-                 text_columns=2, note=f"Changes are paired: of the same {n} sets of wind fields, mean and half the "
+                 text_columns=3, note=f"Changes are paired: of the same {n} sets of wind fields, mean and half the "
                  "width of its confidence interval; distinct: zero lies outside of it.")  # fmt: skip
 
 
@@ -148,7 +148,7 @@ def write_design(result: DesignResult, out: str | Path, *, repeat: str = "", foo
     files.append(write_text(out / "design.json", json.dumps(content, indent=1) + "\n"))
     progress = write_progress(result.problem, result.iterations, out)
     changes = change_table(result)
-    shown = [[Marked(c, "good") if j == 6 and c == "yes" else c for j, c in enumerate(row)] for row in changes.rows]
+    shown = [[Marked(c, "good") if j == 7 and c == "yes" else c for j, c in enumerate(row)] for row in changes.rows]
     blocks: list[Block] = [Table(changes.head, shown, changes.caption, changes.text_columns, note=changes.note)]
     check = result.check
     facts = [("Turbine", result.turbine.name), ("Variables", str(len(result.variables))),

@@ -173,6 +173,7 @@ class Runs:
       workers: threads.
 
     Attributes:
+      display: engineering units of the terms, and factors to them.
       seconds: [s] simulated time of all runs so far; a gradient counts as the runs whose time it takes.
       without: variables whose derivatives are differences of runs, and why.
       table_error: largest relative error of the derivatives of tables.
@@ -188,6 +189,7 @@ class Runs:
         self.channels = tuple(dict.fromkeys(t.of for t in self.of_runs)) or ("generator_power",)
         self.units = np.ones(len(self.of_runs))
         self.slopes = np.ones(len(self.of_runs))
+        self.display = {t.name: ({"mass": "kg", "frequency": "Hz"}.get(t.kind, ""), 1.0) for t in self.of_turbine}
         self.seconds, self.without, self.table_error = 0.0, dict[str, str](), 0.0
         self.progress: Callable[[float], None] | None = None
         self._models: dict[tuple[Any, ...], Model[Any]] = {}
@@ -342,6 +344,8 @@ class Runs:
             if not channels:
                 raise InputError(f"terms: {term.name!r}: no channel begins with {term.of[:-1]!r}")
             self.slopes[i] = slope_of(term, channels[0])
+            unit, factor = channels[0].display_unit
+            self.display[term.name] = (f"{unit}/s" if term.kind in ("travel", "rate") else unit, factor)
             largest = max(float(np.abs(result[c.name]).max()) for c in channels)
             self.units[i] = largest or 1.0
 
