@@ -24,6 +24,7 @@ from meltemi.exchange.rosco_files import rosco_settings as rosco_settings
 from meltemi.exchange.rosco_files import write_rosco_table as write_rosco_table
 from meltemi.exchange.windio import import_windio as import_windio
 from meltemi.exchange.windio import read_windio as read_windio
+from meltemi.exchange.windio.layup import read_layup as read_layup
 from meltemi.farm.sources import read_layout as read_layout
 from meltemi.postprocess.files import read_netcdf as read_netcdf
 from meltemi.postprocess.files import read_result as read_result

@@ -10,6 +10,9 @@ from meltemi.reports.spectra_plots import plot_spectra as plot_spectra
 from meltemi.reports.state_diagram import plot_states as plot_states
 from meltemi.reports.turbine_plots import plot_turbine as plot_turbine
 from meltemi.reports.wind_plots import plot_wind as plot_wind
+from meltemi.sections.plots import plot_section as plot_section
+from meltemi.strength.blade_report import plot_blade_strength as plot_blade_strength
+from meltemi.strength.weld_report import plot_welds as plot_welds
 from meltemi.studies.difference_plots import plot_differences as plot_differences
 from meltemi.studies.observer_plots import plot_estimate as plot_estimate
 from meltemi.studies.stability import plot_flutter as plot_flutter

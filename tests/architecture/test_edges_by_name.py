@@ -47,7 +47,8 @@ BY_NAMESPACE = {
 HOMES = {
     "control": {"bladed_controllers", "control_laws", "controllers", "farm", "power_control", "supervisor"},
     "environment": {"sea", "studies"},
-    "turbine": {"analyses", "electrical", "floating", "frames", "sea", "studies"},
+    "loads": {"strength"},
+    "turbine": {"analyses", "electrical", "floating", "frames", "sea", "sections", "studies"},
     "wind": {"iec", "turbulence"},
 }
 """Layers above a namespace that is a package where its public names are defined; one that is a module is above all."""

@@ -37,6 +37,26 @@ def test_a_farm_of_a_file_writes_table_figure_and_results(command: Command, tmp_
     assert change[1] < -40.0 < change[2] < -15.0
 
 
+@pytest.mark.slow
+def test_shards_of_a_wind_rose_share_a_folder_and_the_last_one_writes_the_tables(
+    command: Command, tmp_path: Path
+) -> None:
+    layout, rose, out = tmp_path / "layout.yaml", tmp_path / "rose.csv", tmp_path / "year"
+    layout.write_text(LAYOUT.replace("steady, speed: 9.0", "turbulence, speed: 9.0, intensity: 0.1"))
+    rose.write_text("wd,ws,freq_val\n0,9,0.4\n270,9,0.6\n")
+    first = command("farm", layout, "--rose", rose, "--shard", "1/2", "--out", out)
+    assert first.status == 0 and "1 of 2 winds are those of other shards" in first.out, first
+    assert not [*out.glob("*.csv")]
+    last = command("farm", layout, "--rose", rose, "--shard", "2/2", "--out", out)
+    assert last.status == 0, last
+    assert sorted(last.files) == [out / "rose.csv", out / "sectors.csv", out / "turbines.csv"]
+    rows = list(csv.DictReader((out / "turbines.csv").read_text().splitlines()))
+    loss = [float(row["wake loss [%]"]) for row in rows]
+    assert [row["turbine"] for row in rows] == ["T1", "T2", "farm"]
+    assert abs(loss[0]) < 2.0 and loss[1] > 20.0  # the second is in the wake of the first in 60 % of the time
+    assert command("farm", layout, "--shard", "1/2", "--out", out).status == 2
+
+
 def test_the_next_command_keeps_the_options_of_the_row() -> None:
     """So that it differs by the yaw angle alone."""
     given = {"--row": 3, "--spacing": 7.0}

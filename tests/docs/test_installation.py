@@ -47,7 +47,7 @@ def test_packages_that_are_needed_can_be_named() -> None:
 
 
 OPTIONAL = set(
-    "capytaine control distributed docx fmpy gymnasium numba_cuda openpyxl pandas pettingzoo pyarrow "
+    "capytaine control distributed docx fmpy gymnasium neuralfoil numba_cuda openpyxl pandas pettingzoo pyarrow "
     "pythonfmu pythonfmu3 rosco sklearn websockets windIO xarray".split()
 )
 """Names under which optional packages are imported."""

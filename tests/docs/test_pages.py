@@ -48,6 +48,7 @@ PAGES = (
     ),
     "docs/guide/results.md",
     "docs/guide/saved-states.md",
+    "docs/guide/strength.md",
     pytest.param(
         "docs/guide/controller-libraries.md",
         marks=pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler"),
@@ -68,6 +69,7 @@ PAGES = (
     "docs/guide/air-and-rain.md",
     "docs/guide/yaw.md",
     "docs/guide/icing.md",
+    "docs/guide/sections.md",
     "docs/migrate/windio.md",
     "docs/migrate/openfast.md",
 )

@@ -36,3 +36,13 @@ def test_what_fails_is_told_each_time() -> None:
     for _ in range(2):
         with pytest.raises(numba.TypingError, match="No implementation of function"):
             numba.njit(lambda a: a + "text")(1.5)
+
+
+def test_what_is_remembered_is_not_stored_with_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Types of functions are pickled with code that refers to them; the context of inference cannot be."""
+    monkeypatch.setattr(inference, "_search", lambda *_: None)
+    kind = types.Function(next(iter(inference._SIGNATURES)).templates[0])
+    before = dict(vars(kind))
+    context = object()
+    assert inference._remembered(kind, context, (types.int8,), {}) is None
+    assert vars(kind) == before and kind in inference._SIGNATURES

@@ -13,7 +13,8 @@ import pytest
 from numpy.typing import NDArray
 
 import meltemi
-from meltemi import InputError, Turbine, TurbulentWind, WindBox
+from meltemi import InputError, SteadyWind, Turbine, TurbulentWind, WindBox
+from meltemi.simulation.operating_point import steady_wind
 from meltemi.turbulence.mann import GAMMA, one_point
 from meltemi.turbulence.targets import sigmas, target_coherence, target_densities
 from meltemi.wind import HubSeries, WindGrid, generate_field
@@ -90,6 +91,16 @@ def test_the_mean_is_the_profile_asked_for() -> None:
     inclined = make(upflow=0.14).velocity.astype(float).mean(axis=(0, 2))
     np.testing.assert_allclose(inclined[:, 2] / inclined[:, 0], np.tan(0.14), rtol=0.0, atol=1e-4)
     np.testing.assert_allclose(inclined[:, 0], power[:, 0], rtol=0.0, atol=1e-4)
+
+
+def test_realisations_of_one_wind_begin_in_its_mean(turbine: Turbine) -> None:
+    """In the same operating point, with the upflow and the veer that the velocities of a row do not tell."""
+    wind = TurbulentWind(speed=12.0, intensity=0.2, shear_exponent=0.1, upflow=0.1, veer=0.001, direction=0.2)
+    begins = [
+        steady_wind(generate_field(wind.replace(seed=seed), turbine, 10.0), turbine.hub_height) for seed in (1, 2)
+    ]
+    mean = SteadyWind(speed=12.0, shear_exponent=0.1, upflow=0.1, veer=0.001, direction=0.2)
+    assert begins == [mean, mean]
 
 
 def test_no_turbulence_leaves_the_mean() -> None:

@@ -24,7 +24,7 @@ GROUP = "meltemi.commands"
 SECTIONS = {
     "Simulate": "run power-curve campbell flutter parked farm yaw-limits live",
     "Look at inputs and results": "turbines inspect channels wind sea diff view observe",
-    "Design loads": "loads surrogate climate",
+    "Design loads": "loads stress surrogate climate",
     "Control": "compare bench-controller export-controller export-rosco export-linear",
     "Platforms": "hydro rao",
     "Other programs": "import export export-fmu",

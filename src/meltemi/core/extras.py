@@ -17,6 +17,7 @@ REQUIREMENTS = (
     "distributed>=2024.8",
     "fmpy>=0.3.20,<0.4",
     "gymnasium>=1.0,<2",
+    "neuralfoil>=0.3.2,<0.4",
     "numba-cuda[cu12]>=0.28,<0.31",
     "openpyxl>=3.1,<4",
     "pandas>=2.2,<4",

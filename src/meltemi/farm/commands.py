@@ -17,6 +17,7 @@ from meltemi.app.options import (
     controller_of,
     is_case,
     of_options,
+    shard_of,
     turbine_key,
     wind_of_options,
 )
@@ -28,6 +29,7 @@ from meltemi.core.errors import InputError
 if TYPE_CHECKING:
     from meltemi.farm.layout import FarmCase
     from meltemi.farm.report import FarmComparison
+    from meltemi.farm.rose_study import RoseResult
     from meltemi.farm.simulation import FarmResult
 
 SPEED, INTENSITY, DURATION, TRANSIENT = 9.0, 0.1, 600.0, 30.0
@@ -72,14 +74,20 @@ def farm(
     three_dimensional: Annotated[bool, "--view", "Also write the farm in three dimensions (HTML)."] = False,
     rose: Annotated[Path | None, "In all winds of a rose: FLORIS (.csv), windIO (.yaml), PyWake (.nc)."] = None,
     seeds: Annotated[int, "Seeds in each direction and speed of --rose.", Range(1, 1000)] = 1,
+    shard: Annotated[str | None, "Of --rose only every N-th wind, beginning with the k-th: k/N, e.g. 3/16."] = None,
+    dask: Annotated[str | None, "Where --rose runs: address of a Dask scheduler, or: local."] = None,
     out: OutOption = Path("out"),
 ) -> None:
     """Simulate turbines in each other's wakes: power and loads by turbine, and the losses due to wakes."""
     given = options.given()
     case, folder = _case_of(target, given)
     if rose is not None:
-        _rose(case, folder, rose, seeds, out)
+        suggest("farm", target, *_words(given), "--out", f"{out}-one")  # figure and series of one wind
+        if not _rose(case, folder.resolve(), rose, seeds, out, shard_of(shard), dask):
+            suggest("farm", target, *_words(given), "--rose", rose, "--seeds", seeds, "--out", out)
         return
+    if shard is not None or dask is not None:
+        raise InputError("--shard and --dask divide the winds of --rose FILE: give a wind rose, or leave them out")
     if three_dimensional:
         case = case.replace(view=True)
     other = None if against is None else _other(against, len(case.positions))
@@ -143,23 +151,36 @@ def _other(path: Path, count: int) -> FarmResult | tuple[FarmCase, Path]:
     return case.replace(view=False), path.parent
 
 
-def _rose(case: FarmCase, folder: Path, file: Path, seeds: int, out: Path) -> None:
-    """Simulate a farm in all winds of a rose; print and write energy and loads."""
+def _rose(
+    case: FarmCase, folder: Path, file: Path, seeds: int, out: Path, shard: tuple[int, int], dask: str | None
+) -> bool:
+    """Simulate a farm in all winds of a rose; print and write energy and loads, or return that winds are missing."""
     from meltemi.farm.rose import read_rose
     from meltemi.farm.rose_study import long_rows, rose_pieces, sector_rows, simulate_rose, turbine_rows
     from meltemi.report.tables import write_csv
 
     rose = read_rose(file)
-    pieces = rose_pieces(case, folder, rose, seeds, out)
+    pieces = rose_pieces(case, folder, rose, seeds, out.resolve())
     hours = len(pieces) * case.duration / 3600.0
     with simulation_bar(f"{len(pieces)} winds of {file}", hours, "h") as progress:
-        result = simulate_rose(pieces, rose, len(case.positions), progress)
+        result = simulate_rose(pieces, rose, len(case.positions), progress, shard, dask)
+    if others := sum(not piece.file.is_file() for piece in pieces) - len(result.failed):
+        print(f"{others} of {len(pieces)} winds are those of other shards, and not finished: no tables yet")
+        _warn_failed(result)
+        return False
+    if shard != (1, 1):
+        result = simulate_rose(pieces, rose, len(case.positions))  # reads what all shards have written
     head, rows = turbine_rows(result)
     cells = [[each if isinstance(each, str) else f"{each:.4g}" for each in row] for row in rows]
     print_table(f"{case.turbine}, {case.wakes.words}: a year in {file.name}", head[:5], [row[:5] for row in cells])
     print(f"probability of the winds with results: {result.weights.sum():.4g} of {rose.probability.sum():.4g}")
     tables = {"turbines": (head, rows), "rose": long_rows(result), "sectors": sector_rows(result)}
     wrote(*(write_csv(out / f"{name}.csv", *table) for name, table in tables.items()))
+    _warn_failed(result)
+    return True
+
+
+def _warn_failed(result: RoseResult) -> None:
     warn([f"{name}: {why}" for name, why in result.failed.items()])
     if result.failed:
         raise typer.Exit(1)

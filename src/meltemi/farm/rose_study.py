@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.cases.case import case_turbine
-from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.errors import InputError
 from meltemi.core.files import write_text
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.stores import code_identity
@@ -26,7 +26,7 @@ from meltemi.farm.layout import FarmCase
 from meltemi.farm.report import CHANNELS, LOADS, along_wind
 from meltemi.farm.rose import WindRose, farm_direction
 from meltemi.farm.simulation import FarmResult, simulate_case
-from meltemi.loadcases.batch import Piece
+from meltemi.loadcases.batch import Batch, Piece
 from meltemi.postprocess.fatigue import equivalent_loads
 
 Float = NDArray[np.float64]
@@ -46,9 +46,11 @@ class RosePiece(Piece):
 
     Attributes:
       bin: indices of direction and speed in the rose.
+      file: that has the values once they are known.
     """
 
     bin: tuple[int, int] = (0, 0)
+    file: Path = Path()
 
 
 def rose_pieces(case: FarmCase, folder: Path, rose: WindRose, seeds: int, out: Path) -> list[RosePiece]:
@@ -76,7 +78,7 @@ def rose_pieces(case: FarmCase, folder: Path, rose: WindRose, seeds: int, out: P
             key = fingerprint(code, one.model_dump_json(), str(folder.resolve()))
             name = f"{direction:g} deg, {speed:g} m/s, seed {seed}"
             file = out / FOLDER / f"wd{direction:g}-ws{speed:g}-seed{seed}-{str(key)[:16]}.json"
-            pieces.append(RosePiece(name, partial(finished, one, folder, file), bin=(i, j)))
+            pieces.append(RosePiece(name, partial(finished, one, folder, file), bin=(i, j), file=file))
     return pieces
 
 
@@ -147,24 +149,40 @@ class RoseResult:
 
 
 def simulate_rose(
-    pieces: Sequence[RosePiece], rose: WindRose, turbines: int, progress: Callable[[float], None] | None = None
+    pieces: Sequence[RosePiece],
+    rose: WindRose,
+    turbines: int,
+    progress: Callable[[float], None] | None = None,
+    shard: tuple[int, int] = (1, 1),
+    dask: str | None = None,
 ) -> RoseResult:
-    """Call all pieces, and weigh their values; a piece that fails is entered with its reason, and the others go on."""
+    """Call all pieces, and weigh their values; a piece that fails is entered with its reason, and the others go on.
+
+    Args:
+      pieces: of :func:`rose_pieces`.
+      rose: the wind rose.
+      turbines: number of turbines.
+      progress: callback with the completed fraction.
+      shard, dask: as of :class:`~meltemi.loadcases.batch.Batch`; a farm occupies all cores of a machine.
+
+    Raises:
+      KeyboardInterrupt: Ctrl-C; finished pieces are kept.
+    """
+    batch = Batch(pieces, workers=1, progress=progress, shard=shard, dask=dask)
+    outcomes = batch.run()
+    if batch.interrupted:
+        raise KeyboardInterrupt
+    bins = {piece.name: piece.bin for piece in pieces}
     found: dict[tuple[int, int], list[dict[str, list[float]]]] = {}
-    failed: dict[str, str] = {}
-    for done, piece in enumerate(pieces):
-        try:
-            found.setdefault(piece.bin, []).append(piece.work())
-        except Exception as error:
-            failed[piece.name] = str(error) if isinstance(error, MeltemiError) else f"{type(error).__name__}: {error}"
-        if progress is not None:
-            progress((done + 1) / len(pieces))
+    failed = {outcome.name: outcome.message for outcome in outcomes if not outcome.ok}
+    for outcome in outcomes:
+        if outcome.ok:
+            found.setdefault(bins[outcome.name], []).append(outcome.value)
     values = {name: np.full((turbines, *rose.probability.shape), np.nan) for name in VALUES}
     for (i, j), seeds in found.items():
         for name, table in values.items():
             each, m = np.array([one[name] for one in seeds]), SLOPES.get(name, 1.0)
-            if len(each):
-                table[:, i, j] = np.mean(each**m, axis=0) ** (1.0 / m)
+            table[:, i, j] = np.mean(each**m, axis=0) ** (1.0 / m)
     return RoseResult(rose, values, failed)
 
 

@@ -21,6 +21,7 @@ from meltemi.control.actuators import Actuators
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Measurements
 from meltemi.core.errors import InputError, RunError
+from meltemi.core.interrupts import TOLD
 from meltemi.core.threads import available_cores
 from meltemi.farm.layout import Farm, FarmCase, check_layout
 from meltemi.farm.quick import quick
@@ -450,9 +451,15 @@ class FarmMarch:
         return [parts[i % threads][i // threads] for i in every]
 
     def to_end(self, progress: Callable[[float], None] | None) -> None:
-        """Advance all turbines to the end of their runs."""
+        """Advance all turbines to the end of their runs.
+
+        Raises:
+          KeyboardInterrupt: the batch of which the farm is a piece is told to end.
+        """
         try:
             while not all(turbine.simulation.finished for turbine in self.turbines):
+                if TOLD.is_set():
+                    raise KeyboardInterrupt
                 self._record(self.done)
                 self._set_demands(self.done)
                 self.exchange()

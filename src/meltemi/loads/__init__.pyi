@@ -69,6 +69,7 @@ from meltemi.postprocess.ensemble import rayleigh_weights as rayleigh_weights
 from meltemi.postprocess.ensemble import weibull_weights as weibull_weights
 from meltemi.postprocess.fatigue import damage_equivalent_load as damage_equivalent_load
 from meltemi.postprocess.fatigue import equivalent_loads as equivalent_loads
+from meltemi.postprocess.sn import sn_curve as sn_curve
 from meltemi.postprocess.spectra import PowerSpectrum as PowerSpectrum
 from meltemi.postprocess.spectra import SpectralPeak as SpectralPeak
 from meltemi.postprocess.spectra import average_spectra as average_spectra
@@ -79,3 +80,11 @@ from meltemi.postprocess.spectra import spectral_peak as spectral_peak
 from meltemi.postprocess.statistics import azimuthal_averages as azimuthal_averages
 from meltemi.postprocess.summary import Summary as Summary
 from meltemi.postprocess.summary import summary as summary
+from meltemi.strength.load_base import base_weld_fatigue as base_weld_fatigue
+from meltemi.strength.plies import BladeStrength as BladeStrength
+from meltemi.strength.plies import blade_strength as blade_strength
+from meltemi.strength.welds import Weld as Weld
+from meltemi.strength.welds import WeldFatigue as WeldFatigue
+from meltemi.strength.welds import WeldPlan as WeldPlan
+from meltemi.strength.welds import read_welds as read_welds
+from meltemi.strength.welds import weld_fatigue as weld_fatigue

@@ -156,12 +156,11 @@ class Simulation:
             name: float(getattr(around.start, name)) for name in numbers_of_start
         }
         self.dt, self.n_steps, self.duration, self.transient = plan.dt, plan.n_steps, run.duration, run.transient
-        self.output_step = plan.every_output * plan.dt
+        self.output_step, self.interrupted = plan.every_output * plan.dt, False
         self.channels, self.derived, self.recorder = plan.channels, plan.derived, plan.recorder
-        self.grid, self.sea = run.grid, run.sea
+        self.grid, self.sea, self.stations = run.grid, run.sea, plan.stations
         self.events, self._noticed, self._planned = plan.events.given, around.noticed, around.log
         self._acted: list[tuple[int, LogEntry]] = []
-        self.interrupted = False
         self.compile_seconds = compile_seconds() - compiled
         self.prepare_seconds = clock_time.perf_counter() - began - self.compile_seconds
         self.run_seconds = 0.0
@@ -436,6 +435,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "transient": run.transient,
         "events": [event.model_dump(mode="json", exclude_none=True) for event in run.events],
         "channels": [channel.name for channel in run.channels],
+        "stations": asdict(run.stations),
         "python": platform.python_version(),
         "numba": versions()["numba"],
         "numpy": np.__version__,

@@ -8,9 +8,17 @@ from meltemi.frames.definition import Frame as Frame
 from meltemi.sea.mass_dampers import MassDamper as MassDamper
 from meltemi.sea.soil import Soil as Soil
 from meltemi.sea.support import Support as Support
+from meltemi.sections.blade import blade_of_layup as blade_of_layup
+from meltemi.sections.blade import section_matrices as section_matrices
+from meltemi.sections.elements import finite_element_section as finite_element_section
+from meltemi.sections.layup import Layup as Layup
+from meltemi.sections.properties import centres_of as centres_of
+from meltemi.sections.recovery import ply_states as ply_states
+from meltemi.sections.thin_walled import thin_walled_section as thin_walled_section
 from meltemi.studies.scaling.tower_frequency import scale_turbine as scale_turbine
 from meltemi.studies.scaling.typical import ComponentMasses as ComponentMasses
 from meltemi.studies.scaling.typical import typical_masses as typical_masses
+from meltemi.studies.shape_polar import polar_of_shape as polar_of_shape
 from meltemi.turbine.definition import Flap as Flap
 from meltemi.turbine.definition import FlapIncrements as FlapIncrements
 from meltemi.turbine.definition import Turbine as Turbine

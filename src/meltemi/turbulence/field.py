@@ -103,6 +103,7 @@ def box_of(wind: TurbulentWind, grid: WindGrid, velocity: NDArray[np.float32], s
         hub_height=grid.hub_height,
         periodic=wind.periodic,
         direction=wind.direction,
+        mean=wind.mean if wind.hub_series is None else None,
         source=source,
     )
 

@@ -165,6 +165,7 @@ class WindBox(Brief, Viewed):
       hub_height: [m] hub height of the field; None suits every turbine whose rotor it covers.
       periodic: the field repeats after its last plane.
       direction: [rad] wind direction of the box, clockwise from above.
+      mean: wind without turbulence of which it is a realisation; None: it is that of the velocities.
       source: file or generator and its settings.
     """
 
@@ -177,6 +178,7 @@ class WindBox(Brief, Viewed):
     hub_height: float | None = None
     periodic: bool = False
     direction: float = 0.0
+    mean: SteadyWind | None = None
     source: str = ""
 
     def __post_init__(self) -> None:

@@ -216,8 +216,11 @@ def parse_quickly(text: str, path: Path) -> dict[str, Any]:
     return content
 
 
-def load(path: Path) -> Tree:
+def load(path: Path, *, first: bool = False) -> Tree:
     """Parse a windIO file.
+
+    Args:
+      first: read one of windIO 1, too.
 
     Raises:
       InputError: the file is missing, not YAML, or not a windIO 2 turbine.
@@ -227,6 +230,6 @@ def load(path: Path) -> Tree:
     if not isinstance(components, dict) or not isinstance(components.get("blade"), dict):
         keys = ", ".join(str(key) for key in list(data)[:6])
         raise InputError(f"{path}: not a windIO turbine: components.blade is missing, found {keys}")
-    if "outer_shape_bem" in components["blade"]:
+    if "outer_shape_bem" in components["blade"] and not first:
         raise InputError(f"{path}: this is windIO 1; convert it to windIO 2 with windIO.converters.windIO2windIO first")
     return Tree(data, str(path))

@@ -16,11 +16,11 @@ from meltemi.frames.joints.geometry import Joint, tubular_joints
 from meltemi.frames.joints.hot_spots import SIDES, Loads, hot_spots
 from meltemi.frames.joints.scf import Factors, factors, outside, parameters_of
 from meltemi.frames.joints.settings import JointSettings
-from meltemi.frames.joints.sn import Curve, Environment, sn_curve, spectral_damage
 from meltemi.frames.joints.utilisation import CLAUSES, member_checks
 from meltemi.frames.loads import PLACES
 from meltemi.frames.water import sections_of
 from meltemi.postprocess.cycles import Cycles, rainflow_cycles, sum_cycles
+from meltemi.postprocess.sn import Curve, Environment, sn_curve, spectral_damage
 from meltemi.postprocess.spectra import power_spectrum
 
 if TYPE_CHECKING:

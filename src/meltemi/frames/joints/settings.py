@@ -9,8 +9,8 @@ from pydantic import Field
 from meltemi.core.record import Record
 from meltemi.frames.joints.hot_spots import Classification
 from meltemi.frames.joints.scf import ChordBending
-from meltemi.frames.joints.sn import Environment
 from meltemi.frames.joints.utilisation import Standard
+from meltemi.postprocess.sn import Environment
 
 
 class JointSettings(Record):

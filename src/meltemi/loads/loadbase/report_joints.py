@@ -16,13 +16,13 @@ from meltemi.frames.definition import Frame
 from meltemi.frames.joints.fatigue import JointFatigue, fatigue_tables, welds_of
 from meltemi.frames.joints.picture import plot_joint_damage
 from meltemi.frames.joints.settings import JointSettings
-from meltemi.frames.joints.sn import editions
 from meltemi.frames.joints.utilisation import CLAUSES
 from meltemi.loads.loadbase.coverage import read_results, shared_repetitions
 from meltemi.loads.loadbase.endurance import MEANS, RANGES
 from meltemi.loads.loadbase.joints import DAMAGE, JOINT, USE, frame_of, joint_settings
 from meltemi.loads.loadbase.plan import Plan
 from meltemi.postprocess.cycles import Cycles, Float, markov_matrix, sum_cycles
+from meltemi.postprocess.sn import editions
 from meltemi.reports.blocks import Block, CaseName, Cell, Picture, Table
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic

@@ -40,6 +40,8 @@ class Curve(Record):
     """Common logarithms of the cycles at a range of 1 MPa."""
     knee: float = Field(default=inf, gt=1.0)
     """[cycles] where the second line begins."""
+    cutoff: float = Field(default=inf, gt=1.0)
+    """[cycles; 1e8] ranges that are survived for longer do no damage (cut-off limit)."""
     exponent: float = Field(default=0.0, ge=0.0, le=0.5)
     """Exponent of the effect of thickness."""
     reference: float = Field(default=0.025, gt=0.0, lt=0.2)
@@ -66,7 +68,8 @@ class Curve(Record):
         thick = max((thickness or 0.0) / self.reference, 1.0) ** self.exponent
         S = np.maximum(np.asarray(ranges) * (thick / MPA), 1e-12)
         lines = [S**m * 10.0**-a for a, m in zip(self.log_a, self.m, strict=True)]
-        return lines[0] if len(lines) == 1 else np.where(lines[0] * self.knee >= 1.0, *lines)
+        rate = lines[0] if len(lines) == 1 else np.where(lines[0] * self.knee >= 1.0, *lines)
+        return np.where(rate * self.cutoff >= 1.0, rate, 0.0)
 
     def damage(self, cycles: Cycles, thickness: float | None = None) -> float:
         """Damage of cycles with ranges in N/m^2 (F-63)."""
@@ -99,9 +102,9 @@ def sn_curve(name: str = "T", environment: Environment = "cathodic", edition: st
     """An S-N curve.
 
     Args:
-      name: detail: B1 to F3, or T of tubular joints.
+      name: detail: B1 to W3, or T of tubular joints; of EN 1993-1-9 the detail category, 36 to 160.
       environment: air, sea water with cathodic protection, or free corrosion.
-      edition: year of DNV-RP-C203, or path of a YAML file with source, unit and curves.
+      edition: year of DNV-RP-C203, ``EN1993``, or path of a YAML file with source, unit and curves.
 
     Raises:
       InputError: there is no such curve, or the file is not valid, such as in another unit than MPa.

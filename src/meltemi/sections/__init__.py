@@ -1,0 +1,3 @@
+"""Beam sections of blades from their layups: ``meltemi section``."""
+
+KERNELS = ()
