@@ -138,7 +138,7 @@ class Design(Record):
     turbine: str
     """Name in the library or path of a YAML file."""
     variables: dict[str, VariableSetting] = Field(min_length=1)
-    """What the optimiser may change, by the paths of :doc:`sensitivities`."""
+    """What the optimiser may change, by paths: ``controller.NAME`` or ``turbine.PATH``."""
     objective: dict[str, float | TermSetting] = Field(min_length=1)
     """Terms and their shares: ``del TwrBsMyt: 0.5``."""
     constraints: dict[str, ConstraintSetting] = Field(default_factory=dict)
