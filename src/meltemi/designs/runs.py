@@ -25,7 +25,7 @@ from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.yamlfile import merged, validated
 from meltemi.designs.settings import CaseSetting, Design
-from meltemi.designs.terms import Term, combined, matching, of_turbine, slope_of, statistic
+from meltemi.designs.terms import Term, combined, hard, matching, of_turbine, slope_of, statistic
 from meltemi.designs.variables import Variables
 from meltemi.gradients.adjoint import gradients
 from meltemi.gradients.extrapolation import STEP, extrapolated
@@ -346,8 +346,9 @@ class Runs:
             self.slopes[i] = slope_of(term, channels[0])
             unit, factor = channels[0].display_unit
             self.display[term.name] = (f"{unit}/s" if term.kind in ("travel", "rate") else unit, factor)
-            largest = max(float(np.abs(result[c.name]).max()) for c in channels)
-            self.units[i] = largest or 1.0
+            if term.soft:
+                extreme = hard(term, result, self.cases[0].case.transient)
+                self.units[i] = max(abs(extreme), 0.1 * max(float(np.ptp(result[c.name])) for c in channels)) or 1.0
 
     def totals(self, found: Statistics) -> tuple[Float, list[Float]]:
         """(M,) statistics of all runs together, and the derivatives of each by those of the runs."""
