@@ -36,7 +36,7 @@ from meltemi import (
     simulate_batch,
 )
 from meltemi.control import signals as s
-from meltemi.loadcases.batch import Batch
+from meltemi.loadcases.batch import Batch, Piece, told_to_end
 from meltemi.simulation import points
 
 
@@ -365,3 +365,17 @@ def test_a_series_begins_in_its_upflow(model: Model) -> None:
     level, _ = points.initial_state(model, SteadyWind(speed=speed))
     assert begun["RootMyb1"] == pytest.approx(expected["RootMyb1"], rel=1e-9)
     assert abs(begun["RootMyb1"] / level["RootMyb1"] - 1.0) > 1e-3
+
+
+def test_a_piece_learns_that_its_batch_is_told_to_end() -> None:
+    def work() -> bool:
+        before = told_to_end()
+        _thread.interrupt_main()
+        deadline = time.monotonic() + 20.0
+        while not told_to_end() and time.monotonic() < deadline:
+            time.sleep(0.01)
+        return not before and told_to_end()
+
+    batch = Batch([Piece("waits", work)], workers=1)
+    assert [o.value for o in batch.run()] == [True] and batch.interrupted
+    assert not told_to_end()

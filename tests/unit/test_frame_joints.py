@@ -22,9 +22,9 @@ from meltemi.frames.joints.hot_spots import ATTACHMENT, classes, hot_spots, weld
 from meltemi.frames.joints.picture import plot_joint_damage
 from meltemi.frames.joints.scf import LEAST, Factors, Parameters, at_limits, efthymiou, factors, outside, parameters_of
 from meltemi.frames.joints.settings import JointSettings
-from meltemi.postprocess.sn import Curve, editions, sn_curve, spectral_damage
 from meltemi.frames.joints.stress import nominal_stress, shear_stress
 from meltemi.postprocess.cycles import rainflow_cycles
+from meltemi.postprocess.sn import Curve, editions, sn_curve, spectral_damage
 from meltemi.postprocess.spectra import power_spectrum
 from meltemi.turbine.library import load_turbine
 

@@ -10,7 +10,7 @@ import pytest
 
 from meltemi.control.entry import CALLED_BACK
 from meltemi.control.plain_updates import callback
-from meltemi.core.interrupts import TOLD, on_interrupt
+from meltemi.core.interrupts import on_interrupt
 from meltemi.simulation.simulate import march
 
 pytestmark = pytest.mark.skipif(
@@ -24,14 +24,6 @@ def ctrl_c() -> None:
 
 def given_back() -> bool:
     return signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_other_threads_are_told_to_the_end_of_the_block() -> None:
-    with on_interrupt(lambda _: None):
-        assert not TOLD.is_set()
-        ctrl_c()
-        assert TOLD.is_set()
-    assert not TOLD.is_set()
 
 
 def test_the_first_calls_and_the_second_raises() -> None:

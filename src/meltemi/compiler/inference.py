@@ -1,8 +1,4 @@
-"""Numba's type inference, with the signatures that it found remembered.
-
-For each call of an operator Numba tries its templates, up to a hundred, until one applies: for 15,000 calls in the
-kernels of a first run, of which 600 differ. This takes a quarter of the time of their compilation.
-"""
+"""Numba's type inference with its signatures remembered: 600 of 15,000 calls differ, a quarter of the compilation."""
 
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -11,8 +7,7 @@ from numba.core import targetconfig
 from numba.core.types.functions import BaseFunction
 
 _search = BaseFunction.get_call_type
-_SIGNATURES: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()
-"""By type of the function, not in it: the type is pickled with compiled code that refers to it."""
+_SIGNATURES: WeakKeyDictionary[Any, Any] = WeakKeyDictionary()  # not in the types, which are stored with code
 
 
 def _remembered(self: BaseFunction, context: Any, args: Any, kws: Any) -> Any:

@@ -15,8 +15,6 @@ from types import FrameType
 from typing import Any
 
 USUAL: dict[int, Any] = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
-TOLD = threading.Event()
-"""Set from the first signal in a block of ``on_interrupt`` to its end; other threads ask for it in long work."""
 
 
 @contextmanager
@@ -30,7 +28,6 @@ def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
 
     def heard(number: int, frame: FrameType | None) -> None:
         signal.signal(number, USUAL[number])
-        TOLD.set()
         act(frame)
 
     for number in ours:
@@ -38,8 +35,6 @@ def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
     try:
         yield
     finally:
-        if ours:
-            TOLD.clear()
         for number in ours:
             try:
                 signal.signal(number, USUAL[number])

@@ -21,7 +21,6 @@ from meltemi.control.actuators import Actuators
 from meltemi.control.faults import Faults
 from meltemi.control.signals import Measurements
 from meltemi.core.errors import InputError, RunError
-from meltemi.core.interrupts import TOLD
 from meltemi.core.threads import available_cores
 from meltemi.farm.layout import Farm, FarmCase, check_layout
 from meltemi.farm.quick import quick
@@ -30,6 +29,7 @@ from meltemi.farm.scene import farm_scenes
 from meltemi.farm.settings import WakeSettings
 from meltemi.farm.wakes import LEAST_WIND, FarmWakes, RotorState
 from meltemi.farm.wind import wind_and_positions
+from meltemi.loadcases.batch import told_to_end
 from meltemi.simulation import step
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
@@ -458,7 +458,7 @@ class FarmMarch:
         """
         try:
             while not all(turbine.simulation.finished for turbine in self.turbines):
-                if TOLD.is_set():
+                if told_to_end():
                     raise KeyboardInterrupt
                 self._record(self.done)
                 self._set_demands(self.done)

@@ -42,6 +42,7 @@ MEMORY = 8 << 30
 """Bytes of wind fields and series above which a group begins to march."""
 CHUNK = 500
 """Time steps of a run without series of which it holds the samples; on a card, between checks of the keyboard."""
+_THREAD = threading.local()
 Begun = tuple[Run, Reduce, Simulation]
 """A case that is prepared, and the function of its result."""
 
@@ -196,6 +197,7 @@ class Batch:
 
     def _work(self, number: int) -> None:
         """Worker thread: run cases until none is left, one by one or, on a graphics card, in groups."""
+        _THREAD.stop = self.stop
         while not (self.stop.is_set() or self.exhausted):
             if self.cluster is None or self.cluster.has_room(number):
                 self._run_group()
@@ -294,6 +296,11 @@ class Batch:
                 raise InputError(f"device {self.device!r}: section loads of members need series=True")
             import_module("meltemi.postprocess.summary").counted(run, self.slopes)
         return run
+
+
+def told_to_end() -> bool:
+    """Whether the batch to which this thread belongs is told to end: pieces that take long ask for it."""
+    return hasattr(_THREAD, "stop") and _THREAD.stop.is_set()
 
 
 def alone(name: str, case: Run | Piece, keep: Reduce, series: bool, slopes: Mapping[str, float] | None) -> Outcome:

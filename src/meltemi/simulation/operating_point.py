@@ -111,16 +111,15 @@ class NotConverged(InputError):
 
 
 def steady_wind(wind: float | AnyWind, hub_height: float) -> SteadyWind:
-    """The steady wind at the start of a wind, of a turbulent wind its mean and shear, or that of a speed [m/s].
-
-    Realisations of one mean wind have the same, whatever their seed: runs in them share their operating point.
-    """
+    """The steady wind at the start of a wind, of a turbulent wind its mean (of any seed), or that of a speed [m/s]."""
     if isinstance(wind, (int, float)):
         return validated({"speed": wind}, SteadyWind, "wind")
     if isinstance(wind, SteadyWind):
         return wind
-    if isinstance(wind, SharedTurbulence | TurbulentWind | WindBox) and wind.mean is not None:
+    if isinstance(wind, SharedTurbulence | WindBox) and wind.mean is not None:
         return wind.mean
+    if isinstance(wind, TurbulentWind):
+        return SteadyWind(**{name: getattr(wind, name) for name in SteadyWind.model_fields if hasattr(wind, name)})
     speed = mean_speed(wind, hub_height)
     if isinstance(wind, WindSeries):
         upflow = float(np.clip(np.arctan2(wind.vertical[0], speed), -0.99, 0.99))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
+from meltemi.simulation.operating_point import steady_wind
 from meltemi.turbulence import exponential, mann
 from meltemi.turbulence.grid import WindGrid, wind_grid_for
 from meltemi.turbulence.measured import hub_amplitudes
@@ -103,7 +104,7 @@ def box_of(wind: TurbulentWind, grid: WindGrid, velocity: NDArray[np.float32], s
         hub_height=grid.hub_height,
         periodic=wind.periodic,
         direction=wind.direction,
-        mean=wind.mean if wind.hub_series is None else None,
+        mean=steady_wind(wind, grid.hub_height) if wind.hub_series is None else None,
         source=source,
     )
 

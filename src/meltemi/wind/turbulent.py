@@ -89,11 +89,6 @@ class TurbulentWind(Record, Viewed):
         return self
 
     @property
-    def mean(self) -> SteadyWind:
-        """The wind without its turbulence."""
-        return SteadyWind(**{name: getattr(self, name) for name in SteadyWind.model_fields if hasattr(self, name)})
-
-    @property
     def label(self) -> str:
         """Short description, for titles and metadata."""
         name = {"kaimal": "Kaimal", "vonkarman": "von Karman", "mann": "Mann"}[self.spectrum]
