@@ -70,6 +70,7 @@ TRIES = (
     Try("inspect nrel5mw --out out", "inspect nrel5mw --out inspected"),
     Try("farm nrel5mw --out out", "farm --help"),  # a minute and more
     Try("export-controller ipc --turbine nrel5mw --out libipc.so", "export-controller --help"),  # compiles for a minute
+    Try("optimise examples/design.yaml --out design", "optimise --help"),  # minutes
     Try("reproduce he2018 --out out", "reproduce --help"),  # its quick form is a long test
     Try(
         "observe measured.csv --turbine nrel5mw",

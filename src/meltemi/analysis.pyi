@@ -12,6 +12,9 @@ from meltemi.controllers.schemes import design_controllers as design_controllers
 from meltemi.controllers.tuning import LoopTuning as LoopTuning
 from meltemi.controllers.tuning import tune_ipc as tune_ipc
 from meltemi.controllers.tuning import tune_loops as tune_loops
+from meltemi.designs.design import DesignResult as DesignResult
+from meltemi.designs.design import optimise as optimise
+from meltemi.designs.settings import Design as Design
 from meltemi.gradients.adjoint import Gradient as Gradient
 from meltemi.gradients.adjoint import gradient as gradient
 from meltemi.gradients.sensitivity import Sensitivity as Sensitivity

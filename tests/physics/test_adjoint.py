@@ -22,6 +22,8 @@ from meltemi import (
     WindBox,
 )
 from meltemi.analysis import Gradient, gradient, sensitivity
+from meltemi.gradients.adjoint import gradients
+from meltemi.gradients.sensitivity import directions, settled
 from meltemi.loads import del_weights, std_weights
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import march
@@ -172,3 +174,19 @@ def test_result_is_that_of_the_run_and_errors_are_clear(run: Run, found: Gradien
         gradient(run, objective, ["controller.proportional_gian"])
     with pytest.raises(InputError, match="expected 81 derivatives"):
         gradient(run, lambda result: (0.0, {TOWER: np.zeros(3)}), PARAMETERS)
+
+
+def test_several_objectives_from_one_record_are_those_of_each(run: Run) -> None:
+    held, model, controller, start = settled(run)
+    ways = directions(model, PARAMETERS, controller, start, {})
+
+    def parts(result: Result) -> list[tuple[float, dict[str, Any]]]:
+        root, by = del_weights(result[ROOT], duration=SECONDS, slope=10.0)
+        tower, by_tower = std_weights(result[TOWER])
+        return [(root, {ROOT: by}), (tower, {TOWER: by_tower}), objective(result)]
+
+    together = gradients(held, parts, ways)
+    for k in range(3):
+        alone = gradients(held, lambda result, k=k: parts(result)[k : k + 1], ways)  # type: ignore[misc]
+        np.testing.assert_array_equal(together.slopes[k], alone.slopes[0])
+    np.testing.assert_allclose(together.slopes[0] + together.slopes[1], together.slopes[2], rtol=1e-9)

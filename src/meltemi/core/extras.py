@@ -13,6 +13,7 @@ REQUIREMENTS = (
     "anywidget>=0.9,<1",
     "capytaine>=3.0,<4",
     "control>=0.10,<0.12",
+    "cyipopt>=1.4,<2",
     "distributed>=2024.8",
     "fmpy>=0.3.20,<0.4",
     "gymnasium>=1.0,<2",

@@ -84,9 +84,56 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
     if not all(part.has_adjoint for part in model.parts):
         raise UnsupportedError("gradient: induction models have no derivatives in reverse; sensitivity has them")
     ways = directions(model, parameters, controller, start, {})
+    found = gradients(run, lambda result: [objective(result)], ways)
+    return Gradient(
+        result=found.result,
+        value=float(found.values[0]),
+        parameters=tuple(way.name for way in ways),
+        values=tuple(way.value for way in ways),
+        slopes=found.slopes[0],
+        seconds=found.seconds,
+    )
+
+
+@dataclass(frozen=True)
+class Gradients:
+    """Objectives of a run with their derivatives.
+
+    Attributes:
+      result: result of the run.
+      values: (K,) objectives.
+      slopes: (K, P) their derivatives along the directions.
+      seconds: [s] wall time of the march alone, and of march and adjoints, without compilation.
+    """
+
+    result: Result
+    values: Float
+    slopes: Float
+    seconds: tuple[float, float]
+
+
+def gradients(
+    run: Run,
+    objectives: Callable[[Result], Sequence[tuple[float, Mapping[str, Any]]]],
+    ways: Sequence[Direction],
+    *,
+    prepare: Callable[[Case], None] | None = None,
+) -> Gradients:
+    """Derivatives of several objectives of a run by directions; its steps are recorded once for all of them.
+
+    Args:
+      run: a run of which model, wind, controller and start are held (:func:`settled`).
+      objectives: function of the result; see ``Objective``.
+      ways: changes of the inputs by each parameter.
+      prepare: callback with the case before its start is set.
+
+    Raises:
+      InputError: a channel is unknown, or the controller has no derivatives.
+      RunError: the run did not reach its end.
+    """
     before = _Before()
-    simulation = Simulation(run, starting=before.take)
-    back = Backwards(simulation, tables=any(way.arrays for way in ways))
+    simulation = Simulation(run, starting=before.take, prepare=prepare)
+    back = Backwards(simulation, tables=any(way.arrays.keys() - CONTROLLER for way in ways))
     began = time.perf_counter()
     size = sum(array.nbytes for array in simulation.moving)
     steps = max(SEGMENT, -(-simulation.n_steps * size // CHECKPOINTS))
@@ -97,17 +144,16 @@ def gradient(run: Run, objective: Objective, parameters: Sequence[str]) -> Gradi
     marched = time.perf_counter() - began
     result = simulation.result()
     result.raise_for_status()
-    value, weights = objective(result)
-    back.weigh(result, weights)
+    asked = objectives(result)
+    for number, (_, weights) in enumerate(asked):
+        back.weigh(result, weights, number)
     for n, checkpoint in reversed([*enumerate(checkpoints)]):
         back.segment(checkpoint, min(steps, simulation.n_steps - n * steps))
     back.start(before)
-    return Gradient(
+    return Gradients(
         result=result,
-        value=float(value),
-        parameters=tuple(way.name for way in ways),
-        values=tuple(way.value for way in ways),
-        slopes=back.slopes(ways),
+        values=np.array([value for value, _ in asked]),
+        slopes=np.array([back.slopes(ways, number) for number in range(len(asked))]).reshape(len(asked), len(ways)),
         seconds=(marched, time.perf_counter() - began),
     )
 
@@ -131,16 +177,22 @@ class Backwards:
 
     Attributes:
       memory: copies of the arrays of the run, with their adjoints.
+      adjoints: adjoints of each objective, while those of another one are in the memory.
     """
 
     def __init__(self, simulation: Simulation, *, tables: bool) -> None:
         self.simulation = simulation
         self.code = _code(simulation, tables)
         self.memory = Memory(simulation.loop.records, self.code.used)
+        self.adjoints = [self.memory.adjoints.copy()]
+        self._present = 0
         self.moving = [self.memory.of(array) for array in simulation.moving]
 
-    def weigh(self, result: Result, weights: Mapping[str, Any]) -> None:
-        """Set the derivatives of the objective by the recorded samples."""
+    def weigh(self, result: Result, weights: Mapping[str, Any], number: int = 0) -> None:
+        """Set the derivatives of an objective by the recorded samples."""
+        while number >= len(self.adjoints):
+            self.adjoints.append(np.zeros_like(self.memory.adjoints))
+        self._take(number)
         adjoints = self.memory.of(self.simulation.loop.records[0].output, adjoint=True)
         for channel, by in weights.items():
             by = np.asarray(by, dtype=float)
@@ -166,16 +218,30 @@ class Backwards:
         self.memory.rewind()
         steps, *others = numbers
         self.code.forward(self.memory, steps, 0, *others)
-        self.code.backward(self.memory, steps, 0, *others)
+        recorded = self.memory.recorded
+        for number in range(len(self.adjoints)):  # beginning with the one that is there
+            self._take((self._present + (number > 0)) % len(self.adjoints))
+            self.memory.rewind(recorded)
+            self.code.backward(self.memory, steps, 0, *others)
 
-    def slopes(self, ways: Sequence[Direction]) -> Float:
-        """Derivatives by the parameters, once the start is reached."""
+    def _take(self, number: int) -> None:
+        """Put the adjoints of an objective into the memory."""
+        if number != self._present:
+            self.adjoints[self._present][...] = self.memory.adjoints
+            self.memory.adjoints[...] = self.adjoints[number]
+            self._present = number
+
+    def slopes(self, ways: Sequence[Direction], number: int = 0) -> Float:
+        """Derivatives of an objective by the parameters, once the start is reached."""
+        self._take(number)
+        memory = self.memory
         slopes, case = np.zeros(len(ways)), self.simulation.case
         for k, way in enumerate(ways):
             for name, change in way.arrays.items():
-                slopes[k] += np.sum(self.memory.of(case[name], adjoint=True) * change)
+                array = case.controller_state if name == "controller_state" else case[name]
+                slopes[k] += np.sum(memory.of(array, adjoint=True) * change)
             if way.state is not None:
-                slopes[k] += self.memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
+                slopes[k] += memory.of(case.controller_state, adjoint=True)[way.state[0]] * way.state[1]
         return slopes
 
 

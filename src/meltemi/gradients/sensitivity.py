@@ -12,7 +12,7 @@ Reference: docs/guide/sensitivities.md; docs/theory/fatigue.md (F-12 to F-15) fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -28,6 +28,7 @@ from meltemi.control.dual_updates import dual_entry
 from meltemi.core.errors import InputError, MeltemiError, Status, UnsupportedError, did_you_mean
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.shown import Brief
+from meltemi.gradients.extrapolation import STEP, extrapolated
 from meltemi.gradients.weights import del_gradient, mean_gradient, std_gradient
 from meltemi.simulation.bladed.rotor import BladedModel, BladedRotor
 from meltemi.simulation.blades import blade_model
@@ -51,8 +52,6 @@ OFFSET_STEP = 1e-5
 DIFFERENCE_STEP = 1e-3
 """Step of :func:`finite_difference_runs` over that: with a larger step the kinks of piecewise linear polars and wind
 boxes appear in a difference, with a smaller one rounding errors."""
-TABLE_STEP = 1e-3
-"""Relative change of the turbine for differences of the model's tables."""
 
 
 @dataclass(frozen=True)
@@ -312,40 +311,64 @@ def direction(model: Model[Any], name: str, controller: Controller, start: Start
 
 
 def _of_turbine(name: str, path: str, model: Model[Any]) -> Direction:
-    """Central differences of the model's tables, with matched signs of the modes."""
+    """Extrapolated differences of the model's tables, with matched signs of the modes."""
     places = turbine_values(name, model.turbine, path.split("."))
     factor = all(isinstance(target, np.ndarray) for target in places.values())
     if not factor and (len(places) > 1 or not _is_number(*places.values())):
         raise InputError(f"sensitivity: {name!r} is neither a number nor a list of numbers")
     value = 1.0 if factor else float(next(iter(places.values())))
-    step = TABLE_STEP * (abs(value) or 1.0)
-    sides = []
-    for sign in (-1.0, 1.0):
-        moved = {p: (t * (1.0 + sign * step)).tolist() if factor else value + sign * step for p, t in places.items()}
-        try:
-            turbine = model.turbine.replace(**moved)
-            side = build(turbine, model.options, model.environment)
-            sides.append(matched(side, model) if isinstance(model.rotor, BladedRotor) else side)
-        except (ValueError, MeltemiError) as error:
-            raise InputError(f"sensitivity: {name!r} cannot be changed by {sign * step:g}: {error}") from None
-    if any(_apart(side) != _apart(model) for side in sides):
-        raise InputError(
-            f"sensitivity: {name!r} changes tables of the substructure or of the water, which carry no derivatives; "
-            "compare two runs instead"
+
+    def moved(change: float) -> Any:
+        return model.turbine.replace(
+            **{p: (t * (1.0 + change)).tolist() if factor else value + change for p, t in places.items()}
         )
-    arrays = {}
-    low_tables, high_tables = (tables(side) for side in sides)
-    for array, low in low_tables.items():
-        high = high_tables[array]
-        if low.shape != high.shape:
-            raise InputError(f"sensitivity: {name!r} changes the layout of the model's table {array!r}")
-        change = (high - low) / (2.0 * step)
-        if np.any(change):
-            arrays[array] = change
+
+    arrays, _ = table_slopes(name, model, moved, STEP * (abs(value) or 1.0))
     if not arrays:
         hint = "; parameters of the controller are controller.NAME" if path.startswith("control.") else ""
         raise InputError(f"sensitivity: {name!r} changes nothing in the model's tables{hint}")
     return Direction(name, value, RELATIVE_STEP * (abs(value) or 1.0), arrays)
+
+
+class WithoutDerivatives(InputError):
+    """A parameter changes what carries no derivatives."""
+
+
+def table_slopes(
+    name: str, model: Model[Any], moved: Callable[[float], Any], step: float
+) -> tuple[dict[str, Float], float]:
+    """Derivatives of a model's tables by a change of its turbine, and their relative error (:func:`extrapolated`).
+
+    Args:
+      name: of the parameter, for messages.
+      model: the model without a change.
+      moved: turbine for a change of the parameter.
+      step: largest change.
+
+    Raises:
+      InputError: the parameter cannot be changed.
+      WithoutDerivatives: it changes what carries no derivatives.
+    """
+    apart, present = _apart(model), tables(model)
+
+    def changed(change: float) -> dict[str, Float]:
+        try:
+            side = build(moved(change), model.options, model.environment)
+            side = matched(side, model) if isinstance(model.rotor, BladedRotor) else side
+        except (ValueError, MeltemiError) as error:
+            raise InputError(f"sensitivity: {name!r} cannot be changed by {change:g}: {error}") from None
+        if _apart(side) != apart:
+            raise WithoutDerivatives(
+                f"sensitivity: {name!r} changes tables of the substructure or of the water, which carry no "
+                "derivatives; compare two runs instead"
+            )
+        found = tables(side)
+        for array, before in present.items():
+            if found[array].shape != before.shape:
+                raise WithoutDerivatives(f"sensitivity: {name!r} changes the layout of the model's table {array!r}")
+        return found
+
+    return extrapolated(changed, step)
 
 
 def _is_number(target: Any) -> bool:

@@ -26,6 +26,7 @@ class Memory:
     Attributes:
       base: address of the block.
       addresses: addresses of the words of the copies of the records.
+      adjoints: bytes of the adjoints of all arrays.
 
     Raises:
       InputError: the arrays are too large.
@@ -56,6 +57,7 @@ class Memory:
         self.tape = int(self._tape.ctypes.data + (-self._tape.ctypes.data) % 64)
         self._words = [self._moved(record) for record in records]
         self.addresses = [int(words.ctypes.data) for words in self._words]
+        self.adjoints = self._bytes[SHADOW + self.places[0] : SHADOW + at] if self.places else self._bytes[:0]
         for array in arrays:
             self.of(array)[...] = array
 
@@ -92,9 +94,9 @@ class Memory:
         k = int(np.searchsorted(self.begins, address, side="right")) - 1
         return int(self.places[k] + address - self.begins[k])
 
-    def rewind(self) -> None:
-        """Rewind the tape to its beginning."""
-        self._end[0] = self.tape
+    def rewind(self, recorded: int = 0) -> None:
+        """Set the end of the tape, by default its beginning."""
+        self._end[0] = self.tape + recorded
 
     @property
     def recorded(self) -> int:

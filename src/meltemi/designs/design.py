@@ -1,0 +1,427 @@
+"""``optimise``: a design by gradients, from its file to the comparison on runs that the optimiser did not see."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.cases.case import LoadCase, case_controller, case_turbine
+from meltemi.control.baseline import BaselineController
+from meltemi.core.errors import InputError
+from meltemi.core.fingerprint import fingerprint
+from meltemi.core.interrupts import on_interrupt
+from meltemi.core.shown import Brief
+from meltemi.core.stores import code_identity
+from meltemi.core.yamlfile import read_record
+from meltemi.designs.problem import FEASIBLE, History, Problem, Trial
+from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, TrialError, cases_of
+from meltemi.designs.search import multipliers, search
+from meltemi.designs.settings import Design
+from meltemi.designs.terms import hard, term_of
+from meltemi.designs.variables import variables_of
+from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
+from meltemi.simulation.rotors import build
+from meltemi.turbine.power_turbine import AnyTurbine
+
+Float = NDArray[np.float64]
+CHECK_STEPS = (1e-4, 1e-5, 1e-6)
+"""Steps of the search's variables by which the gradient is checked."""
+AGREES = 0.01
+"""Relative difference up to which the gradient counts as right."""
+PROOF_SEEDS = 6
+OF_SEARCH = ("method", "iterations", "tolerance", "proof")
+"""Keys of a design that its trials do not depend on."""
+HISTORY = "history.jsonl"
+
+
+@dataclass(frozen=True)
+class GradientCheck:
+    """Derivative of the objective in the first case, along its gradient: by the adjoint, and by differences.
+
+    Attributes:
+      case: name of the case.
+      adjoint, difference: derivatives per unit of the search.
+      table_error: estimate of the relative error of the derivatives of tables.
+    """
+
+    case: str
+    adjoint: float
+    difference: float
+    table_error: float
+
+    @property
+    def error(self) -> float:
+        """Relative difference."""
+        return abs(self.adjoint - self.difference) / (abs(self.difference) or 1.0)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the gradient can be trusted."""
+        return self.error <= AGREES
+
+
+@dataclass(frozen=True)
+class Change:
+    """Change of a term by the design on runs that the optimiser did not see.
+
+    Attributes:
+      name: of the term.
+      unit: engineering unit of the values.
+      start, end: values in this unit.
+      change: of the ratio, paired by seed; None for terms of the turbine.
+      role: objective or constraint.
+    """
+
+    name: str
+    unit: str
+    start: float
+    end: float
+    change: MeanEstimate | None
+    role: str
+
+
+@dataclass(frozen=True, repr=False)
+class DesignResult(Brief):
+    """A design by gradients.
+
+    Attributes:
+      turbine: the designed turbine.
+      variables: names.
+      start, end: values of the variables.
+      objective: value at the end; that at the start is the sum of the weights.
+      first: trial at the start, by the runs of the optimiser.
+      best: trial at the end.
+      iterations: trials after each iteration.
+      ended: why the search ended.
+      check: check of the gradient at the start.
+      multipliers: by text of a limit or name of a variable, see :func:`multipliers`.
+      remainder: part of the gradient that limits and bounds leave.
+      proof: changes on unseen runs.
+      proof_cases: names of these.
+      seconds: [s] simulated time of all runs, and wall time.
+      soft: by name of a soft extreme: its value over the extreme at start and end.
+      entries: entries of the controller's state that are variables.
+      interrupted: whether Ctrl-C ended the search.
+      notes: what limits the result.
+    """
+
+    turbine: AnyTurbine = field(repr=False)
+    design: Design = field(repr=False)
+    problem: Problem = field(repr=False)
+    variables: tuple[str, ...]
+    start: Float
+    end: Float
+    objective: float
+    first: Trial = field(repr=False)
+    best: Trial = field(repr=False)
+    iterations: tuple[Trial, ...] = field(repr=False)
+    ended: str
+    check: GradientCheck | None
+    multipliers: dict[str, float]
+    remainder: float
+    proof: tuple[Change, ...] = field(repr=False)
+    proof_cases: tuple[str, ...] = field(repr=False)
+    seconds: tuple[float, float]
+    soft: dict[str, tuple[float, float]]
+    entries: dict[str, float]
+    interrupted: bool
+    notes: tuple[str, ...]
+
+
+@dataclass
+class Teller:
+    """What is told while a search runs: lines, the progress of the runs of a trial, and each iteration."""
+
+    line: Callable[[str], None] = lambda text: None
+    runs: Callable[[float], None] | None = None
+    iteration: Callable[[Problem, Sequence[Trial]], None] = lambda problem, trials: None
+
+
+def read_design(path: str | Path) -> Design:
+    """Read a design from a YAML file.
+
+    Raises:
+      InputError: with file, line, key and remedy.
+    """
+    return read_record(path, Design)
+
+
+def optimise(
+    design: Design | str | Path, *, folder: str | Path | None = None, out: str | Path | None = None,
+    resume: bool = False, workers: int | None = None, unchecked: bool = False, teller: Teller | None = None,
+) -> DesignResult:  # fmt: skip
+    """Design a turbine and its controller by gradients.
+
+    Args:
+      design: the design or its file (docs/guide/designs.md).
+      folder: folder to which paths are relative; by default that of the file.
+      out: folder of the history; by default there is none.
+      resume: continue the search of this folder.
+      workers: simultaneous runs; by default one per core.
+      unchecked: go on if the gradient does not agree with differences.
+      teller: what is told while the search runs.
+
+    Raises:
+      InputError: the design is not valid, its start cannot be evaluated, a variable has no effect, or the gradient does
+        not agree with differences.
+    """
+    place = ""
+    if not isinstance(design, Design):
+        place, folder = f"{design}: ", Path(design).parent if folder is None else folder
+        design = read_design(design)
+    try:
+        return _Study(design, Path(folder or "."), out, resume, workers, teller or Teller()).run(unchecked)
+    except InputError as error:
+        raise InputError(f"{place}{error}") from None
+
+
+class _Study:
+    def __init__(
+        self, design: Design, folder: Path, out: str | Path | None, resume: bool, workers: int | None, teller: Teller
+    ) -> None:
+        self.design, self.folder, self.workers, self.teller = design, folder, workers, teller
+        self.began = time.perf_counter()
+        self.cases = cases_of(design, folder)
+        self.unseen = self._unseen()
+        first = self.cases[0].case
+        turbine = case_turbine(first.replace(icing=None, imbalance=None, electrical=None), folder)
+        self.variables = variables_of(design.variables, turbine, _state(first, turbine, folder))
+        self.objective = [term_of(name, setting) for name, setting in design.objective.items()]
+        self.constraints = [term_of(name, setting) for name, setting in design.constraints.items()]
+        terms = {t.name: t for t in (*self.objective, *self.constraints)}
+        shared = {t.name: t for t in self.objective}
+        self.constraints = [
+            replace(t, setting=t.setting.replace(slope=shared[t.name].setting.slope)) if t.name in shared else t
+            for t in self.constraints
+        ]
+        terms |= {t.name: t for t in self.constraints}
+        self.terms = list(terms.values())
+        self.objective = [replace(terms[t.name], setting=t.setting) for t in self.objective]
+        given = {key: value for key, value in design.content().items() if key not in OF_SEARCH}
+        content = (given, [c.case.content() for c in self.cases], turbine.content(), code_identity())
+        path = None if out is None else Path(out) / HISTORY
+        self.history = History(path, str(fingerprint(*content)), resume=resume)
+        self.runs = Runs(self.cases, self.terms, self.variables, folder, workers)
+        self.runs.progress = teller.runs
+        self.problem = Problem(
+            self.variables, self.runs, self.objective, self.constraints, self.history, _bands(turbine)
+        )
+        self.iterations: list[Trial] = []
+        self.early: list[str] = []
+
+    def _unseen(self) -> list[DesignCase]:
+        """Cases of the proof; none for runs of a load base without ``proof.cases``."""
+        given, last = self.design.proof, max(c.seed for c in self.cases)
+        seeds = given.seeds or tuple(range(last + 101, last + 101 + PROOF_SEEDS))
+        settings = given.cases or tuple(s.replace(seeds=seeds) for s in self.design.cases)
+        found = cases_of(self.design, self.folder, settings)
+        known = {c.case.content_hash() for c in self.cases}
+        if seen := [c.name for c in found if hasattr(c.case.wind, "seed") and c.case.content_hash() in known]:
+            raise InputError(f"proof: the optimiser sees {', '.join(seen)}: choose other seeds")
+        return found
+
+    def run(self, unchecked: bool) -> DesignResult:
+        """Search and proof; Ctrl-C and SIGTERM end the search, and keep the best design so far."""
+        say, problem, d = self.teller.line, self.problem, self.design
+        say(f"{len(self.variables.each)} variables, {len(self.cases)} runs, {len(problem.terms)} terms")
+        interrupted, ended = False, ""
+        with on_interrupt(lambda _: self.runs.stop()):
+            try:
+                self.runs.set_units()
+                first = problem.begin()
+                say(f"start: objective {first.objective:.5g}, largest violation {first.violation:.2g}")
+                self._step(self.variables.start)
+                check = self._check(unchecked)
+                slope = self._effects()
+                ended = self._ended(lambda: search(problem, method=d.method, iterations=d.iterations,
+                                                   tolerance=d.tolerance, step=self._step), "")  # fmt: skip
+                best = problem.best()
+                active, rest = self._ended(lambda: multipliers(problem, best.x, slope), ({}, np.nan))
+                proof, names, soft = self._ended(lambda: self._proof(best.x), ([], [], {}))
+            except Interrupted:
+                if not self.iterations:
+                    raise KeyboardInterrupt from None
+                interrupted, ended, best = True, "interrupted", problem.best()
+                check, active, rest, proof, names, soft = None, {}, np.nan, [], [], {}
+        failed = [t for t in problem.trials if t.failed]
+        notes = [*self.early] + [
+            f"{v}: derivatives by differences of runs, since {why}" for v, why in self.runs.without.items()
+        ]
+        notes += [f"{len(failed)} trials could not be evaluated, the last: {failed[-1].failed}"] if failed else []
+        if best.violation > FEASIBLE:
+            limit = problem.limits[int(np.argmin(best.margins))]
+            notes.append(f"no trial fulfils all limits: {limit.text} is violated by {best.violation:.2g}")
+        return DesignResult(
+            turbine=self.variables.apply(best.x), design=d, problem=problem, variables=tuple(self.variables.names),
+            start=self.variables.start, end=best.x, objective=best.objective, first=first, best=best,
+            iterations=tuple(self.iterations), ended=ended, check=check, multipliers=active, remainder=rest,
+            proof=tuple(proof), proof_cases=tuple(names),
+            seconds=(self.runs.seconds, time.perf_counter() - self.began), soft=soft,
+            entries=self.variables.entries(best.x), interrupted=interrupted, notes=tuple(notes),
+        )  # fmt: skip
+
+    def _ended(self, work: Callable[[], Any], otherwise: Any) -> Any:
+        """The value of a part of the study; if a trial of it cannot be evaluated, a note says why."""
+        try:
+            return work()
+        except TrialError as error:
+            self.early.append(f"ended early: {error}")
+            return otherwise
+
+    def _step(self, x: Float) -> None:
+        trial = self.problem.trial(x)
+        number = len(self.iterations)
+        self.iterations.append(trial)
+        worst = ""
+        if trial.margins.size and trial.violation > 0.0:
+            worst = f", violated: {self.problem.limits[int(np.argmin(trial.margins))].text} by {trial.violation:.2g}"
+        if number:
+            self.teller.line(f"iteration {number}: objective {trial.objective:.5g}{worst}, "
+                             f"{self.runs.seconds / 3600.0:.3g} h simulated")  # fmt: skip
+        self.teller.iteration(self.problem, self.iterations)
+
+    def _check(self, unchecked: bool) -> GradientCheck:
+        """Compare the gradient in the first case with differences along it."""
+
+        def make() -> dict[str, Any]:
+            alone = Runs(
+                [replace(self.cases[len(self.cases) // 2], share=1.0)], self.terms, self.variables, self.folder, 1
+            )
+            alone.units, alone.slopes, alone.seconds = self.runs.units, self.runs.slopes, 0.0
+            problem = Problem(self.variables, alone, self.objective, self.constraints, History(None, ""))
+            problem.begin()
+            row = self._slopes(problem)[0]
+            size = float(np.linalg.norm(row))
+            y, way = problem.scaled(self.variables.start), row / (size or 1.0)
+            found = []
+            for h in CHECK_STEPS:
+                sides = [self.variables.start + self.variables.scale * (y + s * h * way) for s in (-1.0, 1.0)]
+                trials = [problem.trial(side) for side in sides]
+                if not any(t.failed for t in trials):
+                    found.append((trials[1].objective - trials[0].objective) / (2.0 * h))
+            self.runs.seconds += alone.seconds
+            self.runs.without |= alone.without
+            nearest = min(found, key=lambda each: abs(each - size), default=np.nan)
+            return {"adjoint": size, "difference": nearest, "tables": alone.table_error}
+
+        kept = self.history.get("check", make)
+        check = GradientCheck(
+            self.cases[len(self.cases) // 2].name, kept["adjoint"], kept["difference"], kept["tables"]
+        )
+        words = (
+            f"gradient in {check.case}: adjoint {check.adjoint:.6g}, difference {check.difference:.6g} "
+            f"({check.error:.1e}); derivatives of tables to {check.table_error:.0e}"
+        )
+        self.teller.line(words)
+        if not check.agrees and not unchecked:
+            raise InputError(
+                f"the {words}: the objective is not smooth here, as where a controller switches, a limit acts or an "
+                "extreme is one event; choose other cases or terms, a smoothing of the controller, or --unchecked"
+            )
+        return check
+
+    def _slopes(self, problem: Problem) -> Float:
+        """Scaled derivatives at the start."""
+        try:
+            return problem.jacobian(self.variables.start) * self.variables.scale
+        except TrialError as error:
+            raise InputError(f"the derivatives at the start cannot be computed: {error}") from None
+
+    def _effects(self) -> float:
+        """Norm of the scaled gradient at the start, after a test that every variable has an effect."""
+        rows = self._slopes(self.problem)
+        for name, column in zip(self.variables.names, rows.T, strict=True):
+            if not np.any(column):
+                raise InputError(f"variables: {name!r} has no effect on any term of objective and constraints")
+        return float(np.linalg.norm(rows[0]))
+
+    def _proof(self, x: Float) -> tuple[list[Change], list[str], dict[str, tuple[float, float]]]:
+        """Start and end on runs that the optimiser did not see, each in its own steady operation."""
+        cases = self.unseen
+        if not cases:
+            return [], [], {}
+        self.teller.line(f"proof: {len(cases)} unseen runs of start and end")
+        found = []
+        runs = Runs(cases, self.terms, self.variables, self.folder, self.workers)
+        runs.units, runs.slopes, runs.progress = self.runs.units, self.runs.slopes, self.teller.runs
+        for each in (self.variables.start, x):
+            runs.restart(each)
+            found.append(runs.statistics(each))
+        self.runs.seconds += runs.seconds
+        places = _places(cases)
+        changes = []
+        for i, term in enumerate(self.problem.terms):
+            role = "objective" if term.name in self.design.objective else "constraint"
+            unit, factor = self.runs.display[term.name]
+            change: MeanEstimate | None = None
+            if term.of_runs:
+                both = [_of_seeds(runs, each.of_runs, i, cases, places) for each in found]
+                ends = [float(runs.totals(each)[0][i]) for each in found]
+                change = mean_interval(both[1] / both[0] - 1.0)
+            else:
+                ends = [each.of_turbine[term.name] for each in found]
+            changes.append(Change(term.name, unit, factor * ends[0], factor * ends[1], change, role))
+        soft = {}
+        for i, term in enumerate(self.runs.of_runs):
+            if term.soft:
+                runs.restart(x)
+                value = float(found[1].of_runs[0, i])
+                extreme = hard(term, runs.simulated(x, 0), cases[0].case.transient)
+                soft[term.name] = (value, extreme)
+        return changes, [c.name for c in cases], soft
+
+
+def _places(cases: Sequence[DesignCase]) -> list[int]:
+    """Number of each case among those of its group: the k-th seeds of all groups are compared together."""
+    seen: dict[int, int] = {}
+    found = []
+    for case in cases:
+        found.append(seen.get(case.group, 0))
+        seen[case.group] = found[-1] + 1
+    return found
+
+
+def _of_seeds(runs: Runs, values: Float, i: int, cases: Sequence[DesignCase], places: Sequence[int]) -> Float:
+    """(seeds,) statistics of a term of the cases of each seed."""
+    from meltemi.designs.terms import combined
+
+    found = []
+    for k in sorted(set(places)):
+        rows = [n for n, place in enumerate(places) if place == k]
+        shares = np.array([cases[n].share for n in rows])
+        total, _ = combined(runs.of_runs[i], runs.slopes[i], values[rows, i], shares / shares.sum(), runs.units[i])
+        found.append(total)
+    return np.array(found)
+
+
+def _state(case: LoadCase, turbine: AnyTurbine, folder: Path) -> dict[str, float]:
+    """State of the controller by name; the loops of a scheme are tuned for it."""
+    controller = case_controller(case, build(turbine, case.options, case.environment), folder)
+    controller = controller or BaselineController(turbine)
+    state = controller.initial_state(START)
+    names = controller.state_names or tuple(map(str, range(len(state))))
+    if controller.close is not None:
+        controller.close()
+    return dict(zip(names, map(float, state), strict=True))
+
+
+def _bands(turbine: AnyTurbine) -> Callable[[float], tuple[float, float]]:
+    """Bands of once and three times the rotor's speed in which a frequency must not lie, about that at the start."""
+    ratio = turbine.drivetrain.gear_ratio * 2.0 * np.pi
+    slow, fast = turbine.control.torque.optimal_speed / ratio, turbine.control.pitch.reference_speed / ratio
+    n = getattr(turbine, "n_blades", 3)
+
+    def bands(frequency: float) -> tuple[float, float]:
+        """Upper edge of the band below, and lower edge of the band above."""
+        edges = [(slow, fast), (n * slow, n * fast)]
+        low = max((b for a, b in edges if frequency >= 0.5 * (a + b)), default=0.0)
+        high = min((a for a, b in edges if frequency < 0.5 * (a + b)), default=np.inf)
+        return low, high
+
+    return bands

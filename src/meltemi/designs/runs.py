@@ -1,0 +1,580 @@
+"""Runs of a design: the same winds, starts and seeds for every trial, their statistics and the derivatives of these.
+
+Held over a search are the wind and its place, the time step and the constants of the integration. Each trial begins in
+its own steady operation; derivatives include it (docs/theory/designs.md, G-1 to G-10).
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from meltemi.cases.case import LoadCase, case_controller, case_run, case_start, case_turbine
+from meltemi.compiler import members
+from meltemi.control.baseline import BaselineController
+from meltemi.control.controller import Controller, StartPoint
+from meltemi.controllers.specification import BaselineCase, SupervisedCase
+from meltemi.core.errors import InputError, MeltemiError
+from meltemi.core.fingerprint import fingerprint
+from meltemi.core.yamlfile import merged, validated
+from meltemi.designs.settings import CaseSetting, Design
+from meltemi.designs.terms import Term, combined, hard, matching, of_turbine, slope_of, statistic
+from meltemi.designs.variables import Variables
+from meltemi.gradients.adjoint import gradients
+from meltemi.gradients.extrapolation import STEP, extrapolated
+from meltemi.gradients.sensitivity import Direction, matched, table_slopes
+from meltemi.loadcases.batch import Batch, Piece
+from meltemi.simulation.bladed.rotor import BladedRotor
+from meltemi.simulation.case import Case
+from meltemi.simulation.model import Model
+from meltemi.simulation.operating_point import steady_wind
+from meltemi.simulation.plan import first_point, step_of
+from meltemi.simulation.points import initial_state
+from meltemi.simulation.result import Result
+from meltemi.simulation.rotors import build, kind_of
+from meltemi.simulation.run import Run
+from meltemi.simulation.simulate import Simulation, march
+from meltemi.simulation.start import Start
+from meltemi.wind.fields import SteadyWind
+from meltemi.wind.turbulent import realised
+
+Float = NDArray[np.float64]
+FIELDS = 3 << 30
+"""[bytes] wind fields that are kept; others are generated for each run."""
+HELD = ("wind", "watch")
+"""Arrays of a case besides the weights of the step that follow from the turbine and are held."""
+OF_START = ("q", "v", "pitch", "drive", "demands", "gears", "controller_state")
+"""Arrays that the start of a run sets, besides those of inflow and stall."""
+START_STEP = 1e-2
+"""Step of differences of the start over the scale of a variable: steady operation is found to 1e-5."""
+RUN_STEP = 1e-2
+"""Step of differences of runs over the scale of a variable."""
+WITHOUT_START = tuple(
+    f"control.{name}"
+    for name in ("filter_frequency", "pitch.proportional_gain", "pitch.integral_gain", "pitch.gain_halving_pitch",
+                 "pitch.rate_limit", "pitch.motion_gain", "pitch.motion_frequency", "torque.rate_limit")
+)  # fmt: skip
+"""Settings of the control that do not act in steady operation."""
+
+
+def _group(case: LoadCase) -> str:
+    """Cases of one model."""
+    return str(fingerprint(case.options, case.environment))
+
+
+class TrialError(MeltemiError):
+    """A trial that cannot be built, trimmed or run to its end."""
+
+
+class Interrupted(Exception):
+    """Ctrl-C or SIGTERM during the runs of a trial."""
+
+
+@dataclass(frozen=True)
+class DesignCase:
+    """A run of the objective.
+
+    Attributes:
+      name: of its group and seed.
+      case: content.
+      share: of the weights, of sum 1.
+      group: number of its entry in the list of cases.
+      seed: seed of its turbulence.
+    """
+
+    name: str
+    case: LoadCase
+    share: float
+    group: int
+    seed: int
+
+
+def cases_of(design: Design, folder: Path, settings: Sequence[CaseSetting] | None = None) -> list[DesignCase]:
+    """Cases of the objective, or of other settings.
+
+    Raises:
+      InputError: the content of a case is not valid, or the load base has no such cases.
+    """
+    found: list[tuple[str, LoadCase, float, int, int]] = []
+    if settings is None and design.base is not None:
+        found = _of_base(design, folder)
+    for group, each in enumerate(design.cases if settings is None else settings):
+        for seed in each.seeds:
+            wind = merged(design.case.get("wind", {}), each.wind) | ({"speed": each.speed} if each.speed else {})
+            wind = {"kind": "turbulence", **wind}
+            if wind["kind"] in ("turbulence", "iec"):
+                wind["seed"] = seed
+            content = merged(design.case, each.other) | {"wind": wind, "turbine": design.turbine}
+            content |= {} if each.sea is None else {"sea": each.sea}
+            where = f"cases {group + 1}"
+            speed = f"{each.speed:g} m/s" if each.speed else where
+            found.append((f"{speed}, seed {seed}", validated({"duration": 600.0, **content}, LoadCase, where),
+                          each.weight / len(each.seeds), group, seed))  # fmt: skip
+    total = sum(weight for _, _, weight, _, _ in found)
+    return [DesignCase(name, case, weight / total, group, seed) for name, case, weight, group, seed in found]
+
+
+def _of_base(design: Design, folder: Path) -> list[tuple[str, LoadCase, float, int, int]]:
+    from meltemi.loads.loadbase.campaign import read_campaign
+    from meltemi.loads.loadbase.plan import plan
+
+    assert design.base is not None
+    planned = plan(read_campaign(folder / design.base.file))
+    chosen = [c for c in planned.cases if c.dlc in design.base.dlc and not c.unsupported]
+    if not chosen:
+        known = ", ".join(sorted({c.dlc for c in planned.cases}))
+        raise InputError(f"base: the plan has no cases of {', '.join(design.base.dlc)}: it has {known}")
+    if len(chosen) > design.base.most:
+        raise InputError(
+            f"base: {len(chosen)} cases, at most {design.base.most} (base.most): choose fewer, or raise it"
+        )
+    content = {k: v for k, v in design.case.items() if k not in ("wind", "turbine")} | {"turbine": design.turbine}
+    shares = [c.weight.share if c.weight else 1.0 for c in chosen]
+    return [
+        (c.name, validated(merged(c.content, content), LoadCase, c.name), share, i, c.seed or 0)
+        for i, (c, share) in enumerate(zip(chosen, shares, strict=True))
+    ]
+
+
+@dataclass(frozen=True)
+class _Held:
+    """What is held of a case: its wind, and the mean of that, time step, constants of the integration, arrays."""
+
+    wind: Callable[[], Any]
+    steady: SteadyWind
+    time_step: float
+    weights: Float
+    arrays: dict[str, Float]
+
+
+@dataclass
+class Statistics:
+    """Statistics of the runs of a trial: (C, M) values, and those of the turbine by name."""
+
+    of_runs: Float
+    of_turbine: dict[str, float]
+
+
+class Runs:
+    """Runs of the cases of a design.
+
+    Args:
+      cases: the cases.
+      terms: terms of objective and constraints.
+      variables: the variables.
+      folder: folder to which paths are relative.
+      workers: threads.
+
+    Attributes:
+      display: engineering units of the terms, and factors to them.
+      seconds: [s] simulated time of all runs so far; a gradient counts as the runs whose time it takes.
+      without: variables whose derivatives are differences of runs, and why.
+      table_error: largest relative error of the derivatives of tables.
+    """
+
+    def __init__(
+        self, cases: Sequence[DesignCase], terms: Sequence[Term], variables: Variables, folder: Path,
+        workers: int | None = None,
+    ) -> None:  # fmt: skip
+        self.cases, self.variables, self.folder, self.workers = cases, variables, folder, workers
+        self.of_runs = [t for t in terms if t.of_runs]
+        self.of_turbine = [t for t in terms if not t.of_runs]
+        self.channels = tuple(dict.fromkeys(t.of for t in self.of_runs)) or ("generator_power",)
+        self.units = np.ones(len(self.of_runs))
+        self.slopes = np.ones(len(self.of_runs))
+        self.display = {t.name: ({"mass": "kg", "frequency": "Hz"}.get(t.kind, ""), 1.0) for t in self.of_turbine}
+        self.seconds, self.without, self.table_error = 0.0, dict[str, str](), 0.0
+        self.progress: Callable[[float], None] | None = None
+        self._models: dict[tuple[Any, ...], Model[Any]] = {}
+        self._starts: dict[tuple[Any, ...], dict[str, Float]] = {}
+        self._lock, self._stopped, self._batch = threading.Lock(), threading.Event(), cast("Batch | None", None)
+        self.restart(variables.start)
+
+    # ------------------------------------------------------------------------------------------------- inputs
+
+    def restart(self, x: Float) -> None:
+        """Hold the time step and the constants of the integration of a design."""
+        self.origin = np.array(x, dtype=float)
+        self._models.clear()
+        self._held: dict[int, _Held] = {}
+        self._reference: dict[str, Model[Any]] = {}
+        self._kept = 0
+
+    def model(self, x: Float, case: LoadCase) -> Model[Any]:
+        """The model of a trial for the options of a case, with the modes' signs of that of the origin."""
+        group = _group(case)
+        if group not in self._reference:
+            turbine = self._turbine(self.origin, case)
+            self._reference[group] = build(turbine, case.options, case.environment)
+        reference = self._reference[group]
+        key = (group, x.tobytes())
+        if (model := self._models.get(key)) is None:
+            model = build(self._turbine(x, case), case.options, case.environment)
+            model = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
+            with self._lock:
+                self._models[key] = model
+                while len(self._models) > 3 + 2 * len(self.variables.each):
+                    self._models.pop(next(iter(self._models)))
+        return model
+
+    def _turbine(self, x: Float, case: LoadCase) -> Any:
+        base = self.variables.turbine
+        given = case_turbine(case, self.folder) if (case.icing or case.imbalance or case.electrical) else base
+        return replace(self.variables, turbine=given).apply(x)
+
+    def controller(self, x: Float, case: LoadCase) -> Controller:
+        """The controller of a trial: that of the turbine's settings, or one that is designed once, with its entries."""
+        law = self._law(x, case, self.model(x, case).turbine)
+        return with_entries(law, self.variables.entries(x))
+
+    def _law(self, x: Float, case: LoadCase, turbine: Any) -> Controller:
+        """The controller of a case; that of a scheme or a file is made once, for the turbine at the start."""
+        if case.controller == BaselineCase():
+            return BaselineController(turbine)
+        if isinstance(case.controller, SupervisedCase):
+            made = case_controller(case, replace(self.model(self.origin, case), turbine=turbine), self.folder)
+            assert made is not None
+            return made
+        key = str(fingerprint(case.controller))
+        if key not in self._laws:
+            made = case_controller(case, self.model(self.variables.start, case), self.folder)
+            assert made is not None
+            self._laws[key] = made
+        return self._laws[key]
+
+    @cached_property
+    def _laws(self) -> dict[str, Controller]:
+        return {}
+
+    def _hold(self, number: int) -> _Held:
+        """What is held of a case, from the design at the start."""
+        if number not in self._held:
+            case, turbine = self.cases[number].case, self.variables.turbine
+            model = self.model(self.origin, case)
+            run = case_run(case, model.turbine, self.folder, model=model, controller=self.controller(self.origin, case))
+            described: Any = run.wind() if callable(run.wind) else run.wind
+            field = realised(described, turbine, case.duration)
+            self._kept += getattr(getattr(field, "velocity", None), "nbytes", 0)
+            kept = field if self._kept < FIELDS else None
+            dt = step_of(run, model)
+            arrays = {n: a.copy() for n, a in Case(model, field).arrays.items() if n in HELD}
+            self._held[number] = _Held(
+                wind=lambda: realised(described, turbine, case.duration) if kept is None else kept,
+                steady=steady_wind(described, turbine.hub_height),
+                time_step=dt,
+                weights=kind_of(model).step_weights(model, dt),
+                arrays=arrays,
+            )
+        return self._held[number]
+
+    def run(self, x: Float, number: int) -> tuple[Run, Callable[[Case], None]]:
+        """A run of a trial, and what prepares its case."""
+        held, case = self._hold(number), self.cases[number].case
+        model, controller = self.model(x, case), self.controller(x, case)
+        run = case_run(case, model.turbine, self.folder, model=model, controller=controller)
+        begun = run.start() if callable(run.start) else run.start
+        start, _ = initial_state(model, held.steady, begun)
+        model = replace(model, options=model.options.replace(time_step=held.time_step))
+        run = replace(run, model=model, wind=held.wind(), start=start, channels=self.channels, view=False)
+
+        def prepare(case: Case) -> None:
+            case["weights"][:2] = held.weights
+            for name, array in held.arrays.items():
+                if name in case.arrays and case[name].shape == array.shape:
+                    case[name][...] = array
+
+        return run, prepare
+
+    # --------------------------------------------------------------------------------------------- statistics
+
+    def statistics(self, x: Float) -> Statistics:
+        """Statistics of all runs of a trial.
+
+        Raises:
+          TrialError: it cannot be built, or a run does not reach its end.
+          Interrupted: by Ctrl-C.
+        """
+        try:
+            model = self.model(x, self.cases[0].case)
+            fixed = {t.name: of_turbine(t, model) for t in self.of_turbine}
+            for number in range(len(self.cases)):
+                self._hold(number)
+        except MeltemiError as error:
+            raise TrialError(str(error)) from None
+        rows = self._all(lambda number: self._row(x, number)) if self.of_runs else [np.zeros(0)] * len(self.cases)
+        found = np.array(rows).reshape(len(self.cases), len(self.of_runs))
+        if not np.all(np.isfinite(found)) or not all(np.isfinite(v) for v in fixed.values()):
+            raise TrialError("a statistic is not a finite number")
+        return Statistics(found, fixed)
+
+    def _row(self, x: Float, number: int) -> Float:
+        return np.array([value for value, _ in self._numbers(self.simulated(x, number), number)])
+
+    def simulated(self, x: Float, number: int) -> Result:
+        """The result of a run."""
+        run, prepare = self.run(x, number)
+        simulation = Simulation(run, prepare=prepare)
+        march(simulation, stop=self._stopped.is_set)
+        if simulation.interrupted:
+            raise Interrupted
+        result = simulation.result()
+        self.seconds += run.duration
+        return result.raise_for_status() if not result.status.complete else result
+
+    def _numbers(self, result: Result, number: int) -> list[tuple[float, dict[str, Float]]]:
+        transient = self.cases[number].case.transient
+        return [statistic(t, result, transient, unit) for t, unit in zip(self.of_runs, self.units, strict=True)]
+
+    def set_units(self) -> None:
+        """Hold the magnitudes of soft extremes, and find the slopes of equivalent loads, by the run of the first case.
+
+        Raises:
+          InputError: a channel is unknown.
+        """
+        result = self.simulated(self.origin, 0)
+        for i, term in enumerate(self.of_runs):
+            channels = matching(term.of, result)
+            if not channels:
+                raise InputError(f"terms: {term.name!r}: no channel begins with {term.of[:-1]!r}")
+            self.slopes[i] = slope_of(term, channels[0])
+            unit, factor = channels[0].display_unit
+            self.display[term.name] = (f"{unit}/s" if term.kind in ("travel", "rate") else unit, factor)
+            if term.soft:
+                extreme = hard(term, result, self.cases[0].case.transient)
+                self.units[i] = max(abs(extreme), 0.1 * max(float(np.ptp(result[c.name])) for c in channels)) or 1.0
+
+    def totals(self, found: Statistics) -> tuple[Float, list[Float]]:
+        """(M,) statistics of all runs together, and the derivatives of each by those of the runs."""
+        shares = np.array([c.share for c in self.cases])
+        pairs = [
+            combined(term, slope, found.of_runs[:, i], shares, unit)
+            for i, (term, slope, unit) in enumerate(zip(self.of_runs, self.slopes, self.units, strict=True))
+        ]
+        return np.array([value for value, _ in pairs]), [by for _, by in pairs]
+
+    # -------------------------------------------------------------------------------------------- derivatives
+
+    def derivatives(self, x: Float, outputs: Float, found: Statistics) -> Float:
+        """(K, P) derivatives of outputs by the variables, in their own units.
+
+        Args:
+          outputs: (K, terms) derivatives of the outputs by the totals, those of runs first.
+          found: statistics of the trial.
+
+        Raises:
+          TrialError: a neighbouring turbine cannot be built.
+          Interrupted: by Ctrl-C.
+        """
+        k, m = len(outputs), len(self.of_runs)
+        total, (_, inner) = np.zeros((k, len(self.variables.each))), self.totals(found)
+        by = np.zeros((len(self.cases), k, m))
+        for i, each in enumerate(inner):
+            by[:, :, i] = each[:, None] * outputs[None, :, i]
+        try:
+            ways = {}
+            for case in self.cases:
+                if (group := _group(case.case)) not in ways:
+                    ways[group] = self._tables(x, case.case)
+        except MeltemiError as error:
+            raise TrialError(str(error)) from None
+        if m:
+            parts = self._all(lambda n: self._part(x, n, by[n], ways))
+            total += np.sum(parts, axis=0)
+        if self.of_turbine:
+            total += outputs[:, m:] @ self._fixed(x)
+        return total
+
+    def _moved(self, x: Float, p: int, change: float) -> Float:
+        moved = x.copy()
+        moved[p] += change
+        return moved
+
+    def step(self, x: Float, p: int) -> float:
+        """Step of the differences of tables by a variable."""
+        v = self.variables.each[p]
+        return min(STEP * abs(float(x[p])), v.scale) if x[p] != 0.0 and not v.add else STEP * v.scale
+
+    def _tables(self, x: Float, case: LoadCase) -> list[dict[str, Float]]:
+        """Derivatives of the model's tables by each variable."""
+        model, found = self.model(x, case), []
+        for p, v in enumerate(self.variables.each):
+            arrays: dict[str, Float] = {}
+            if not v.of_controller and not v.path.startswith("control.") and v.name not in self.without:
+                try:
+                    moved = partial(self._turbine_beside, x, case, p)
+                    arrays, error = table_slopes(v.name, model, moved, self.step(x, p))
+                    self.table_error = max(self.table_error, error)
+                except InputError as refused:  # without derivatives, or no turbine so far away
+                    self.without[v.name] = str(refused).partition(": ")[2].partition(", which")[0]
+            found.append(arrays)
+        return found
+
+    def ways(self, x: Float, number: int, arrays: Sequence[dict[str, Float]]) -> list[Direction]:
+        """Changes of the inputs of a case by each variable: of tables, start, and state of the controller (G-10)."""
+        case, found = self.cases[number].case, []
+        point = first_point(self.model(x, case), self._hold(number).steady, self._start(x, number))
+        for p, v in enumerate(self.variables.each):
+            state: dict[str, Float] = {}
+            if v.of_controller or v.path.startswith("control."):
+                key = (x.tobytes(), p, point, fingerprint(case.controller))
+                if key not in self._starts:
+                    beside = partial(self._state_beside, x, case, point, p)
+                    self._starts[key] = extrapolated(beside, self.step(x, p))[0]
+                state = dict(self._starts[key])
+            begin = self._begins(x, number, p)
+            if "controller_state" in begin and "controller_state" in state:
+                state["controller_state"] = state["controller_state"] + begin["controller_state"]
+            changes = {} if v.name in self.without else {**begin, **arrays[p], **state}
+            found.append(Direction(v.name, float(x[p]), 1.0, changes))
+        return found
+
+    def _start(self, x: Float, number: int) -> Any:
+        case = self.cases[number].case
+        return initial_state(self.model(x, case), self._hold(number).steady, case_start(case, self._turbine(x, case)))[
+            0
+        ]
+
+    def _begins(self, x: Float, number: int, p: int) -> dict[str, Float]:
+        """Derivatives of the start of a case by a variable, by differences; the same for all seeds of a mean wind.
+
+        A variable that changes other arrays, which carry no derivatives, is left to differences of runs.
+        """
+        v, case, steady = self.variables.each[p], self.cases[number].case, self._hold(number).steady
+        if v.of_controller or v.path in WITHOUT_START or v.name in self.without:
+            return {}
+        key = (x.tobytes(), _group(case), steady.content_hash(), fingerprint(case.start, case.controller), p)
+        with self._lock:
+            if key in self._starts:
+                return self._starts[key]
+        h, sides, law = START_STEP * v.scale, [], self.controller(x, case)
+        for sign in (-1.0, 1.0):
+            moved = self._moved(x, p, sign * h)
+            model, start = self.model(moved, case), self._start(moved, number)
+            at = Case(model, steady)
+            start.set(at) if isinstance(start, Start) else start.put(at)
+            arrays = {n: a for n, a in at.arrays.items() if isinstance(a, np.ndarray) and a.dtype == np.float64}
+            arrays["controller_state"] = law.initial_state(first_point(model, steady, start))
+            sides.append({n: a.copy() for n, a in arrays.items() if n not in (*HELD, "weights")})
+        low, high = sides
+        changed = {n for n, a in high.items() if not np.array_equal(a, low[n], equal_nan=True)}
+        records: list[Any] = [type(each) for each in (at.system, at.sections, at.control)]
+        if held := changed & {n for r in records for n, member in members(r).items() if member.constant}:
+            self.without[v.name] = f"it changes the {' and '.join(sorted(held))} of the simulation"
+        set_at_start = changed & {*at.aero_state.views, *OF_START}
+        found = {n: (high[n] - low[n]) / (2.0 * h) for n in set_at_start}
+        with self._lock:
+            self._starts[key] = found
+            while len(self._starts) > 4096:
+                self._starts.pop(next(iter(self._starts)))
+        return found
+
+    def _turbine_beside(self, x: Float, case: LoadCase, p: int, change: float) -> Any:
+        return self._turbine(self._moved(x, p, change), case)
+
+    def _state_beside(self, x: Float, case: LoadCase, point: StartPoint, p: int, change: float) -> dict[str, Float]:
+        """Initial state of the controller with a variable changed."""
+        moved = self._moved(x, p, change)
+        law = with_entries(self._law(moved, case, self._turbine(moved, case)), self.variables.entries(moved))
+        return {"controller_state": law.initial_state(point)}
+
+    def _part(self, x: Float, number: int, by: Float, ways: Mapping[str, Any]) -> Float:
+        """(K, P) contribution of a case to the derivatives."""
+        case = self.cases[number].case
+        run, prepare = self.run(x, number)
+        directions = self.ways(x, number, ways[_group(case)])
+        used = [k for k in range(len(by)) if np.any(by[k])]
+
+        def objectives(result: Result) -> list[tuple[float, dict[str, Float]]]:
+            numbers = self._numbers(result, number)
+            weighted = []
+            for k in used:
+                sums: dict[str, Float] = {}
+                for share, (_, weights) in zip(by[k], numbers, strict=True):
+                    for channel, series in weights.items():
+                        sums[channel] = sums.get(channel, 0.0) + share * series
+                weighted.append((0.0, sums))
+            return weighted
+
+        total = np.zeros((len(by), len(directions)))
+        self.check()
+        if used:
+            total[used] = gradients(run, objectives, directions, prepare=prepare).slopes
+            self.seconds += (3.3 + 2.0 * len(used)) * run.duration
+        for p, v in enumerate(self.variables.each):
+            if v.name in self.without:
+                h = RUN_STEP * v.scale
+                low, high = (self._row(self._moved(x, p, sign * h), number) for sign in (-1.0, 1.0))
+                total[:, p] += by @ (high - low) / (2.0 * h)
+        return total
+
+    def _fixed(self, x: Float) -> Float:
+        """(terms, P) derivatives of the terms of the turbine itself."""
+        case = self.cases[0].case
+        found = np.zeros((len(self.of_turbine), len(self.variables.each)))
+
+        def terms(p: int, h: float) -> dict[str, Float]:
+            """Terms with a variable changed."""
+            model = self.model(self._moved(x, p, h), case)
+            return {t.name: np.array([of_turbine(t, model)]) for t in self.of_turbine}
+
+        for p, v in enumerate(self.variables.each):
+            if not v.of_controller and not v.path.startswith("control."):
+                slopes, _ = extrapolated(partial(terms, p), 0.1 * self.step(x, p))
+                found[:, p] = [float(slopes[t.name][0]) if t.name in slopes else 0.0 for t in self.of_turbine]
+        return found
+
+    # --------------------------------------------------------------------------------------------------- work
+
+    def stop(self) -> None:
+        """End the runs, as after Ctrl-C."""
+        self._stopped.set()
+        if self._batch is not None:
+            self._batch.stop.set()
+
+    def _all(self, work: Callable[[int], Any]) -> list[Any]:
+        """Values of a function of the numbers of all cases, in threads.
+
+        Raises:
+          TrialError: one failed.
+          Interrupted: by Ctrl-C.
+        """
+        pieces = [Piece(f"{i + 1}: {c.name}", partial(work, i)) for i, c in enumerate(self.cases)]
+        self._batch = Batch(pieces, workers=self.workers, progress=self.progress)
+        self.check()
+        outcomes = self._batch.run()
+        self.check()
+        for outcome in outcomes:
+            if outcome.error is not None:
+                raise TrialError(f"case {outcome.name}: {outcome.message}")
+        return [outcome.value for outcome in outcomes]
+
+    def check(self) -> None:
+        """Raise Interrupted after Ctrl-C."""
+        if self._stopped.is_set() or (self._batch is not None and self._batch.interrupted):
+            raise Interrupted
+
+
+def with_entries(controller: Controller, entries: Mapping[str, float]) -> Controller:
+    """A controller whose initial state has given entries, by ``controller.NAME``."""
+    if not entries:
+        return controller
+    names = [f"controller.{name}" for name in controller.state_names or range(len(controller.initial_state(START)))]
+    rows = [names.index(name) for name in entries]
+
+    def init(start: StartPoint) -> Float:
+        state = np.array(controller.init(start), dtype=float)
+        state[rows] = list(entries.values())
+        return cast("Float", state)
+
+    return replace(controller, init=init)
+
+
+START = StartPoint(wind_speed=12.0, generator_speed=100.0, pitch=0.1, generator_torque=1e4)
+"""Where the entries of a controller's state are looked up."""

@@ -1,0 +1,200 @@
+"""Terms of objective and constraints: statistics of runs with their derivatives by samples, and of the turbine itself.
+
+Reference: docs/theory/designs.md (G-3 to G-7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp, softmax
+
+from meltemi.analyses.modes import natural_modes
+from meltemi.core.errors import InputError, did_you_mean
+from meltemi.designs.settings import ConstraintSetting, TermSetting
+from meltemi.gradients.weights import del_weights, std_weights
+from meltemi.postprocess.fatigue import usual_slope
+from meltemi.simulation.channels import Channel
+from meltemi.simulation.model import Model
+from meltemi.simulation.result import Result
+
+Float = NDArray[np.float64]
+OF_RUNS = {
+    "del": "damage-equivalent load of a channel, 1 Hz",
+    "max": "largest value of a channel (soft)",
+    "min": "smallest value of a channel (soft)",
+    "clearance": "smallest distance of a blade tip from the yaw axis (soft)",
+    "mean": "mean of a channel",
+    "std": "standard deviation of a channel",
+    "travel": "mean of the absolute rate of a channel",
+    "rate": "standard deviation of the rate of a channel",
+}
+"""Terms of time series."""
+OF_TURBINES = {
+    "mass": "mass of the blade or the tower [kg]",
+    "frequency": "natural frequency of the turbine at rest [Hz]",
+    "value": "a number of the turbine's description",
+}
+"""Terms of the turbine itself."""
+TWO_PI = 2.0 * np.pi
+
+
+@dataclass(frozen=True)
+class Term:
+    """A term of the objective or of a constraint.
+
+    Attributes:
+      name: as in the file.
+      kind: a key of ``OF_RUNS`` or ``OF_TURBINES``.
+      of: channel, part, mode or path.
+      setting: weight, limits and options.
+    """
+
+    name: str
+    kind: str
+    of: str
+    setting: TermSetting
+
+    @property
+    def of_runs(self) -> bool:
+        """Whether it is a statistic of runs."""
+        return self.kind in OF_RUNS
+
+    @property
+    def soft(self) -> bool:
+        """Whether it is a soft extreme."""
+        return self.kind in ("max", "min", "clearance")
+
+
+def term_of(name: str, setting: float | TermSetting | ConstraintSetting) -> Term:
+    """A term by its text, ``del TwrBsMyt``.
+
+    Raises:
+      InputError: its kind is unknown, or it lacks a channel.
+    """
+    kind, _, of = name.strip().partition(" ")
+    of = of.strip()
+    if kind == "energy":
+        kind, of = "mean", of or "generator_power"
+    if kind not in OF_RUNS | OF_TURBINES:
+        raise InputError(
+            f"terms: {name!r} begins with no kind of term: {did_you_mean(kind, [*OF_RUNS, *OF_TURBINES, 'energy'])}"
+        )
+    of = of or {"clearance": "tip_clearance_*", "travel": "pitch_1", "rate": "pitch_1"}.get(kind, "")
+    if not of:
+        raise InputError(f"terms: {name!r}: expected a name after {kind}, for instance: del TwrBsMyt")
+    return Term(name, kind, of, setting if isinstance(setting, TermSetting) else TermSetting(weight=setting))
+
+
+def soft_maximum(y: Float, sharpness: float, unit: float) -> tuple[float, Float]:
+    """Soft maximum of values and its derivatives by them (G-5)."""
+    z = sharpness / unit * y
+    return float(logsumexp(z)) * unit / sharpness, softmax(z)
+
+
+def statistic(term: Term, result: Result, transient: float, unit: float) -> tuple[float, dict[str, Float]]:
+    """Statistic of a run, and its derivatives by the samples of its channels (G-3 to G-6).
+
+    Args:
+      transient: [s] initial part that is left out.
+      unit: held magnitude of a soft extreme.
+    """
+    after = result.time >= transient - 1e-9
+    channels = matching(term.of, result)
+    step = float(result.time[1] - result.time[0])
+    y = np.concatenate([result[c.name][after] for c in channels])
+    duration = float(result.time[-1] - result.time[after][0])
+    if term.kind == "del":
+        value, by = del_weights(y, duration=duration, slope=slope_of(term, channels[0]))
+    elif term.kind == "std":
+        value, by = std_weights(y)
+    elif term.kind == "mean":
+        value, by = float(y.mean()), np.full(len(y), 1.0 / len(y))
+    elif term.kind == "rate":
+        value, inner = std_weights(np.diff(y) / step)
+        by = -np.diff(inner, prepend=0.0, append=0.0) / step
+    elif term.kind == "travel":
+        change = np.diff(y)
+        value, inner = float(np.abs(change).sum() / duration), np.sign(change) / duration
+        by = -np.diff(inner, prepend=0.0, append=0.0)
+    else:
+        sign = 1.0 if term.kind == "max" else -1.0
+        value, by = soft_maximum(sign * y, term.setting.sharpness, unit)
+        value = sign * value
+    weights = {}
+    for channel, part in zip(channels, np.split(by, len(channels)), strict=True):
+        weights[channel.name] = np.zeros(len(result.time))
+        weights[channel.name][after] = part
+    return value, weights
+
+
+def hard(term: Term, result: Result, transient: float) -> float:
+    """Extreme that a soft one approximates."""
+    after = result.time >= transient - 1e-9
+    values = [result[c.name][after] for c in matching(term.of, result)]
+    return float(np.max(values)) if term.kind == "max" else float(np.min(values))
+
+
+def matching(of: str, result: Result) -> list[Channel]:
+    """Channels of a term."""
+    if of.endswith("*"):
+        return [c for c in result.channels if c.name.startswith(of[:-1])]
+    return [result.channel(of)]
+
+
+def slope_of(term: Term, channel: Channel) -> float:
+    """Slope of the S-N curve."""
+    return term.setting.slope or usual_slope(channel) or 4.0
+
+
+def combined(term: Term, slope: float, values: Float, weights: Float, unit: float) -> tuple[float, Float]:
+    """Statistic of all runs from those of each, and its derivatives by them (G-4, G-7).
+
+    Args:
+      values: (C,) statistics of the runs.
+      weights: (C,) shares of the runs, of sum 1.
+      unit: held magnitude of a soft extreme.
+    """
+    if term.kind == "del":
+        largest = float(values.max())
+        if largest == 0.0:
+            return 0.0, np.zeros(len(values))
+        total = largest * float(weights @ (values / largest) ** slope) ** (1.0 / slope)
+        return total, weights * (values / total) ** (slope - 1.0)
+    if term.soft:
+        sign = 1.0 if term.kind == "max" else -1.0
+        value, by = soft_maximum(sign * values, term.setting.sharpness, unit)
+        return sign * value, by
+    return float(weights @ values), weights
+
+
+def of_turbine(term: Term, model: Model[Any]) -> float:
+    """A term of the turbine itself.
+
+    Raises:
+      InputError: there is no such part, mode or number.
+    """
+    turbine = model.turbine
+    if term.kind == "mass":
+        parts: Mapping[str, Any] = {"blade": turbine.blade.structure, "tower": turbine.tower}
+        if term.of not in parts:
+            raise InputError(f"terms: {term.name!r}: {did_you_mean(term.of, parts)}")
+        part = parts[term.of]
+        mass = part.mass if getattr(part, "mass", None) is not None else part.mass_matrix[:, 0, 0]
+        return float(np.trapezoid(mass, part.position))
+    if term.kind == "frequency":
+        modes: dict[str, float] = {}
+        for mode in natural_modes(model):
+            modes.setdefault(mode.name, mode.frequency / TWO_PI)
+        if term.of not in modes:
+            raise InputError(f"terms: {term.name!r}: {did_you_mean(term.of, modes)}")
+        return float(modes[term.of])
+    from meltemi.designs.variables import places
+
+    data = turbine.model_dump(mode="python")
+    ((holder, key),) = places(data, term.of.removeprefix("turbine."), term.of)
+    return float(holder[key])

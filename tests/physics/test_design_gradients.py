@@ -1,0 +1,106 @@
+"""Designs by gradients with real runs: the gradient of the whole objective, and an optimum that a scan finds, too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+import meltemi
+from meltemi.analysis import optimise
+from meltemi.core.yamlfile import validated
+from meltemi.designs.design import Teller, _Study
+from meltemi.designs.settings import Design
+from meltemi.gradients.sensitivity import table_slopes
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="derivatives exist in compiled code only"),
+]
+
+CASES = {"case": {"duration": 20.0, "transient": 8.0, "wind": {"intensity": 0.14, "points": 9}},
+         "cases": [{"speed": 18.0, "seeds": [3]}], "turbine": "nrel5mw"}  # fmt: skip
+GAIN = {"controller.proportional_gain": {"low": 0.3, "high": 4.0, "relative": True}}
+
+
+def study(**changes: Any) -> _Study:
+    found = _Study(validated(CASES | changes, Design, "design"), Path(), None, False, 1, Teller())
+    found.runs.set_units()
+    found.problem.begin()
+    return found
+
+
+def test_the_gradient_of_the_whole_objective_with_new_build_and_new_start() -> None:
+    """Central differences, every trial with its own build, steady operation and run, against the adjoint (G-10)."""
+    given = study(
+        variables=GAIN | {
+            "turbine.blade.aerodynamics.twist": {"knots": 2, "add": True, "low": "-3 deg", "high": "3 deg"},
+            "turbine.blade.structure.flap_stiffness": {"low": 0.7, "high": 1.4},
+            "turbine.tower.fore_aft_stiffness": {"low": 0.7, "high": 1.4},
+            "turbine.hub.precone": {"low": 0.0, "high": 0.1},
+        },
+        objective={"del TwrBsMyt": 0.5, "std rotor_speed": 0.5},
+        constraints={"max RootMyc1": {"most": 1.0}, "energy": {"least": 0.99}, "mass tower": {"most": 1.0}},
+    )  # fmt: skip
+    problem, x = given.problem, given.variables.start
+    slopes = problem.jacobian(x) * given.variables.scale
+    for p in range(len(x)):
+        sides = []
+        for h in (-1e-4, 1e-4):
+            y = problem.scaled(x)
+            y[p] += h
+            trial = problem.trial(problem.unscaled(y))
+            sides.append(np.array([trial.objective, *trial.margins]))
+        difference = (sides[1] - sides[0]) / 2e-4
+        size = np.abs(slopes).max(axis=1)
+        # differences of the start to 1e-3; kinks of polars within the step
+        np.testing.assert_allclose(slopes[:, p], difference, rtol=3e-3, atol=3e-3 * size.max() if size.all() else 1e-3)
+
+
+def test_the_optimum_of_one_gain_is_that_of_a_scan() -> None:
+    found = optimise(validated(CASES | {
+        "variables": GAIN, "objective": {"std rotor_speed": 0.6, "travel pitch_1": 0.4}, "tolerance": 1e-7,
+        "proof": {"seeds": [5, 6]},
+    }, Design, "design"))  # fmt: skip
+    given = study(variables=GAIN, objective={"std rotor_speed": 0.6, "travel pitch_1": 0.4})
+    factors = np.linspace(0.3, 4.0, 38)
+    scan = [given.problem.trial(np.array([factor])).objective for factor in factors]
+    best = int(np.argmin(scan))
+    assert 0 < best < len(scan) - 1
+    assert abs(found.end[0] - factors[best]) < 0.1  # the distance of two points of the scan
+    assert found.objective <= min(scan) + 1e-9
+    assert found.check is not None and found.check.error < 1e-4
+    assert len(found.proof) == 2 and found.proof[0].change is not None and found.proof[0].change.n == 2
+
+
+def test_a_variable_without_derivatives_is_left_to_differences_of_runs() -> None:
+    given = study(
+        variables={"turbine.drivetrain.generator_efficiency": {"low": 0.9, "high": 0.99}}, objective={"energy": -1.0}
+    )
+    x = given.variables.start
+    slope = given.problem.jacobian(x)[0, 0]
+    assert given.runs.without.keys() == {"turbine.drivetrain.generator_efficiency"}
+    assert slope == pytest.approx(-1.0 / x[0], rel=1e-6)  # the energy is in proportion
+
+
+@pytest.mark.parametrize("path", ["blade.aerodynamics.chord", "blade.structure.flap_stiffness", "tower.mass"])
+def test_tables_are_differentiated_exactly(path: str) -> None:
+    """Against a step of a third: what extrapolation leaves, and rounding of the modes."""
+    turbine = meltemi.load_turbine("nrel5mw")
+    model, values = meltemi.build(turbine), turbine
+    for key in path.split("."):
+        values = getattr(values, key)
+
+    def moved(h: float) -> Any:
+        return turbine.replace(**{path: (np.asarray(values) * (1.0 + h)).tolist()})
+
+    found, error = table_slopes(path, model, moved, 0.03)
+    other, _ = table_slopes(path, model, moved, 0.01)
+    assert error < 1e-7
+    for name in ("shape", "modal", "aero_nodes", "tower_matrix"):
+        if name in found:
+            size = max(np.abs(found[name]).max(), np.abs(model.array(name)).max() if name != "shape" else 0.0)
+            np.testing.assert_allclose(found[name], other[name], atol=1e-8 * size)
