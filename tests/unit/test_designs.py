@@ -290,11 +290,17 @@ def test_histories_of_other_designs_and_missing_ones(tmp_path: Path) -> None:
     file = tmp_path / "history.jsonl"
     with pytest.raises(InputError, match="there is no search to resume"):
         History(file, "design", resume=True)
-    History(file, "design")
+    History(file, "design").get("values 1", lambda: {"x": [1.0], "runs": [[2.0]]})
     with pytest.raises(InputError, match="a search has been here: add --resume"):
         History(file, "design")
     with pytest.raises(InputError, match="the history is of another design"):
         History(file, "other", resume=True)
+
+
+def test_a_start_that_failed_does_not_keep_its_folder(tmp_path: Path) -> None:
+    file = tmp_path / "history.jsonl"
+    History(file, "design").get("values 1", lambda: {"x": [1.0], "failed": "does not stand"})
+    assert History(file, "mended").known == {}
 
 
 def test_a_term_that_is_zero_at_the_start() -> None:
@@ -317,6 +323,13 @@ def test_cases_share_their_weight_between_seeds_and_take_keys_of_the_common_case
     assert [c.share for c in cases] == pytest.approx([0.375, 0.375, 0.25])
     assert [c.seed for c in cases] == [1, 2, 1] and [c.group for c in cases] == [0, 0, 1]
     assert cases[0].case.wind.speed == 16.0 and cases[2].case.wind.seed == 1 and cases[0].case.duration == 50.0
+
+
+def test_winds_without_turbulence_have_no_seed() -> None:
+    iec = {"kind": "iec", "wind_class": "IB"}
+    winds = [iec | {"model": "ETM"}, iec | {"model": "ECD"}, {"kind": "steady"}]
+    cases = cases_of(design(cases=[{"speed": 12.0, "seeds": [7], "wind": wind} for wind in winds]), Path())
+    assert [getattr(c.case.wind, "seed", None) for c in cases] == [7, None, None]
 
 
 @pytest.mark.parametrize(

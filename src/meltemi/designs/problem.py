@@ -81,7 +81,7 @@ class History:
         self.reused = 0
         if file is None:
             return
-        if file.exists() and not resume:
+        if file.exists() and not resume and '"runs"' in file.read_text():  # a start that failed does not count
             raise InputError(f"{file}: a search has been here: add --resume to continue it, or choose another --out")
         if resume and not file.exists():
             raise InputError(f"{file}: no such file: there is no search to resume; leave --resume out")

@@ -48,6 +48,8 @@ from meltemi.wind.turbulent import realised
 Float = NDArray[np.float64]
 FIELDS = 3 << 30
 """[bytes] wind fields that are kept; others are generated for each run."""
+TURBULENT = ("NTM", "ETM", "EWM1", "EWM50")
+"""Wind models of IEC 61400-1 that have a seed."""
 HELD = ("wind", "watch")
 """Arrays of a case besides the weights of the step that follow from the turbine and are held."""
 OF_START = ("q", "v", "pitch", "drive", "demands", "gears", "controller_state")
@@ -109,7 +111,7 @@ def cases_of(design: Design, folder: Path, settings: Sequence[CaseSetting] | Non
         for seed in each.seeds:
             wind = merged(design.case.get("wind", {}), each.wind) | ({"speed": each.speed} if each.speed else {})
             wind = {"kind": "turbulence", **wind}
-            if wind["kind"] in ("turbulence", "iec"):
+            if wind["kind"] == "turbulence" or wind.get("model") in TURBULENT:
                 wind["seed"] = seed
             content = merged(design.case, each.other) | {"wind": wind, "turbine": design.turbine}
             content |= {} if each.sea is None else {"sea": each.sea}
