@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from meltemi.report.palette import FAINT, GROWING, INK, curve
+from meltemi.report.palette import FAINT, GRID, GROWING, INK, curve
 from meltemi.report.plots import figure_title, panel
 from meltemi.report.tables import Rows, number
 from meltemi.strength.plies import BladeStrength, LayerStrength
@@ -106,7 +106,7 @@ def plot_blade_strength(strength: BladeStrength, title: str = "") -> Figure:
         place = max(judged, key=lambda x: x.index).station
         at, index = strength.points[place]
         last = np.argsort(np.nan_to_num(index))
-        colours = LinearSegmentedColormap.from_list("index", ["#cfd8dd", *GROWING[1:]])
+        colours = LinearSegmentedColormap.from_list("index", [GRID, *GROWING[1:]])
         drawn = section.scatter(at[last, 1], at[last, 0], c=index[last], s=7.0, cmap=colours, vmin=0.0)
         figure.colorbar(drawn, ax=section, label="index [-]", shrink=0.9)
         section.set_aspect("equal", adjustable="box")
