@@ -10,8 +10,8 @@ from pathlib import Path
 
 
 def write_programs(page: str, folder: Path) -> list[Path]:
-    """Write the programs of a page, by the file names that are their titles."""
-    programs = re.findall(r'^```python title="(\w+\.py)"\n(.*?)^```', page, re.MULTILINE | re.DOTALL)
+    """Write the programs of a page and their input, by the file names that are their titles."""
+    programs = re.findall(r'^```(?:python|yaml) title="(\w+\.\w+)"\n(.*?)^```', page, re.MULTILINE | re.DOTALL)
     for name, text in programs:
         (folder / name).write_text(text, encoding="utf-8")
     return [folder / name for name, _ in programs]
