@@ -180,6 +180,7 @@ def test_derivatives_are_differences_through_a_dip(parameter: str) -> None:
     arguments: dict[str, Any] = {
         "duration": 1.0,
         "channels": channels,
+        "output_step": 0.01,
         "events": [{"at": 0.3, "until": 0.4, "type": "voltage_dip", "voltage": 0.85}],
         "start": meltemi.operating_point(model, wind),
     }
