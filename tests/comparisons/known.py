@@ -89,9 +89,15 @@ RINGING = (
     "the tower rings in its first mode, with 0.13 % damping, in a sea that excites it: the forces agree within 0.1 %, "
     "the motion differs by 0.8 % of its standard deviation; with half its step OpenFAST is 0.4 % closer"
 )
+SIDE_RINGING = (
+    "the tower rings side-side in its first mode, 1.14 % more than OpenFAST's, with steps of 2.5 and 12.5 ms, explicit "
+    "and implicit: converged; in waves half of its step brings OpenFAST 0.4 % closer, in turbulence not tried"
+)
 
 KNOWN: tuple[KnownDeviation, ...] = (
     *known.KNOWN,
+    KnownDeviation("offshore turbulence", "TTDspSS std", "M5_12", 1.2, SIDE_RINGING),
+    KnownDeviation("offshore turbulence", "ReactMXss std", "M5_12", 1.2, SIDE_RINGING),
     KnownDeviation("offshore waves", "ReactMYss std", "M3*", 1.0, RINGING),
     KnownDeviation("offshore waves", "M?N1MKye std", "M3*", 1.0, RINGING),
     KnownDeviation("offshore waves", "TwrBs* std", "M3*", 1.0, RINGING),
