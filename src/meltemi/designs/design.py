@@ -23,7 +23,7 @@ from meltemi.designs.problem import FEASIBLE, History, Problem, Trial
 from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, TrialError, cases_of
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import Design
-from meltemi.designs.terms import hard, term_of
+from meltemi.designs.terms import combined, hard, term_of
 from meltemi.designs.variables import variables_of
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.simulation.rotors import build
@@ -42,7 +42,7 @@ HISTORY = "history.jsonl"
 
 @dataclass(frozen=True)
 class GradientCheck:
-    """Derivative of the objective in the first case, along its gradient: by the adjoint, and by differences.
+    """Derivative of the objective in the middle one of the cases along its gradient: by the adjoint, by differences.
 
     Attributes:
       case: name of the case.
@@ -287,12 +287,11 @@ class _Study:
         self.teller.iteration(self.problem, self.iterations)
 
     def _check(self, unchecked: bool) -> GradientCheck:
-        """Compare the gradient in the first case with differences along it."""
+        """Compare the gradient in the middle one of the cases with differences along it."""
+        case = self.cases[len(self.cases) // 2]
 
         def make() -> dict[str, Any]:
-            alone = Runs(
-                [replace(self.cases[len(self.cases) // 2], share=1.0)], self.terms, self.variables, self.folder, 1
-            )
+            alone = Runs([replace(case, share=1.0)], self.terms, self.variables, self.folder, 1)
             alone.units, alone.slopes, alone.seconds = self.runs.units, self.runs.slopes, 0.0
             problem = Problem(self.variables, alone, self.objective, self.constraints, History(None, ""))
             problem.begin()
@@ -311,9 +310,7 @@ class _Study:
             return {"adjoint": size, "difference": nearest, "tables": alone.table_error}
 
         kept = self.history.get("check", make)
-        check = GradientCheck(
-            self.cases[len(self.cases) // 2].name, kept["adjoint"], kept["difference"], kept["tables"]
-        )
+        check = GradientCheck(case.name, kept["adjoint"], kept["difference"], kept["tables"])
         words = (
             f"gradient in {check.case}: adjoint {check.adjoint:.6g}, difference {check.difference:.6g} "
             f"({check.error:.1e}); derivatives of tables to {check.table_error:.0e}"
@@ -367,13 +364,11 @@ class _Study:
             else:
                 ends = [each.of_turbine[term.name] for each in found]
             changes.append(Change(term.name, unit, factor * ends[0], factor * ends[1], change, role))
-        soft = {}
-        for i, term in enumerate(self.runs.of_runs):
-            if term.soft:
-                runs.restart(x)
-                value = float(found[1].of_runs[0, i])
-                extreme = hard(term, runs.simulated(x, 0), cases[0].case.transient)
-                soft[term.name] = (value, extreme)
+        soft: dict[str, tuple[float, float]] = {}
+        if extremes := [(i, term) for i, term in enumerate(runs.of_runs) if term.soft]:
+            result = runs.simulated(x, 0)
+            for i, term in extremes:
+                soft[term.name] = float(found[1].of_runs[0, i]), hard(term, result, cases[0].case.transient)
         return changes, [c.name for c in cases], soft
 
 
@@ -389,8 +384,6 @@ def _places(cases: Sequence[DesignCase]) -> list[int]:
 
 def _of_seeds(runs: Runs, values: Float, i: int, cases: Sequence[DesignCase], places: Sequence[int]) -> Float:
     """(seeds,) statistics of a term of the cases of each seed."""
-    from meltemi.designs.terms import combined
-
     found = []
     for k in sorted(set(places)):
         rows = [n for n, place in enumerate(places) if place == k]

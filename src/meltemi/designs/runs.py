@@ -9,7 +9,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -196,6 +196,7 @@ class Runs:
         self.progress: Callable[[float], None] | None = None
         self._models: dict[tuple[Any, ...], Model[Any]] = {}
         self._starts: dict[tuple[Any, ...], dict[str, Float]] = {}
+        self._laws: dict[str, Controller] = {}
         self._lock, self._stopped, self._batch = threading.Lock(), threading.Event(), cast("Batch | None", None)
         self.restart(variables.start)
 
@@ -250,10 +251,6 @@ class Runs:
             assert made is not None
             self._laws[key] = made
         return self._laws[key]
-
-    @cached_property
-    def _laws(self) -> dict[str, Controller]:
-        return {}
 
     def _hold(self, number: int) -> _Held:
         """What is held of a case, from the design at the start."""
@@ -408,7 +405,7 @@ class Runs:
         model, found = self.model(x, case), []
         for p, v in enumerate(self.variables.each):
             arrays: dict[str, Float] = {}
-            if not v.of_controller and not v.path.startswith("control.") and v.name not in self.without:
+            if not v.of_law and v.name not in self.without:
                 try:
                     moved = partial(self._turbine_beside, x, case, p)
                     arrays, error = table_slopes(v.name, model, moved, self.step(x, p))
@@ -424,7 +421,7 @@ class Runs:
         point = first_point(self.model(x, case), self._hold(number).steady, self._start(x, number))
         for p, v in enumerate(self.variables.each):
             state: dict[str, Float] = {}
-            if v.of_controller or v.path.startswith("control."):
+            if v.of_law:
                 key = (x.tobytes(), p, point, fingerprint(case.controller))
                 if key not in self._starts:
                     beside = partial(self._state_beside, x, case, point, p)
@@ -527,7 +524,7 @@ class Runs:
             return {t.name: np.array([of_turbine(t, model)]) for t in self.of_turbine}
 
         for p, v in enumerate(self.variables.each):
-            if not v.of_controller and not v.path.startswith("control."):
+            if not v.of_law:
                 slopes, _ = extrapolated(partial(terms, p), 0.1 * self.step(x, p))
                 found[:, p] = [float(slopes[t.name][0]) if t.name in slopes else 0.0 for t in self.of_turbine]
         return found

@@ -55,6 +55,11 @@ class Variable:
         """Whether it is an entry of the controller's state."""
         return self.path.startswith("controller.")
 
+    @property
+    def of_law(self) -> bool:
+        """Whether it acts by the controller alone: by its state, or by the turbine's settings of the control."""
+        return self.path.startswith(("controller.", "control."))
+
 
 @dataclass(frozen=True)
 class Variables:
