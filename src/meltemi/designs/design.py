@@ -19,6 +19,7 @@ from meltemi.core.interrupts import on_interrupt
 from meltemi.core.shown import Brief
 from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import read_record
+from meltemi.designs.layup import design_layup
 from meltemi.designs.problem import FEASIBLE, History, Problem, Trial
 from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, TrialError, cases_of
 from meltemi.designs.search import multipliers, search
@@ -191,7 +192,8 @@ class _Study:
         self.unseen = self._unseen()
         first = self.cases[0].case
         turbine = case_turbine(first.replace(icing=None, imbalance=None, electrical=None), folder)
-        self.variables = variables_of(design.variables, turbine, _state(first, turbine, folder))
+        layup = design.layup and design_layup(design.layup, turbine, folder, design.variables)
+        self.variables = variables_of(design.variables, turbine, _state(first, turbine, folder), layup)
         self.objective = [term_of(name, setting) for name, setting in design.objective.items()]
         self.constraints = [term_of(name, setting) for name, setting in design.constraints.items()]
         terms = {t.name: t for t in (*self.objective, *self.constraints)}
@@ -204,7 +206,13 @@ class _Study:
         self.terms = list(terms.values())
         self.objective = [replace(terms[t.name], setting=t.setting) for t in self.objective]
         given = {key: value for key, value in design.content().items() if key not in OF_SEARCH}
-        content = (given, [c.case.content() for c in self.cases], turbine.content(), code_identity())
+        content = (
+            given,
+            [c.case.content() for c in self.cases],
+            turbine.content(),
+            layup and layup.start.content(),
+            code_identity(),
+        )
         path = None if out is None else Path(out) / HISTORY
         self.history = History(path, str(fingerprint(*content)), resume=resume)
         self.runs = Runs(self.cases, self.terms, self.variables, folder, workers)

@@ -210,16 +210,20 @@ class Runs:
         self._reference: dict[str, Model[Any]] = {}
         self._kept = 0
 
-    def model(self, x: Float, case: LoadCase) -> Model[Any]:
-        """The model of a trial for the options of a case, with the modes' signs of that of the origin."""
+    def model(self, x: Float, case: LoadCase, about: Float | None = None) -> Model[Any]:
+        """The model of a trial for the options of a case, with the modes' signs of that of the origin.
+
+        Args:
+          about: design beside which it is wanted for derivatives (``Variables.apply``).
+        """
         group = _group(case)
         if group not in self._reference:
             turbine = self._turbine(self.origin, case)
             self._reference[group] = build(turbine, case.options, case.environment)
         reference = self._reference[group]
-        key = (group, x.tobytes())
+        key = (group, x.tobytes(), None if about is None else about.tobytes())
         if (model := self._models.get(key)) is None:
-            model = build(self._turbine(x, case), case.options, case.environment)
+            model = build(self._turbine(x, case, about), case.options, case.environment)
             model = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
             with self._lock:
                 self._models[key] = model
@@ -227,10 +231,10 @@ class Runs:
                     self._models.pop(next(iter(self._models)))
         return model
 
-    def _turbine(self, x: Float, case: LoadCase) -> Any:
+    def _turbine(self, x: Float, case: LoadCase, about: Float | None = None) -> Any:
         base = self.variables.turbine
         given = case_turbine(case, self.folder) if (case.icing or case.imbalance or case.electrical) else base
-        return replace(self.variables, turbine=given).apply(x)
+        return replace(self.variables, turbine=given).apply(x, about)
 
     def controller(self, x: Float, case: LoadCase) -> Controller:
         """The controller of a trial: that of the turbine's settings, or one that is designed once, with its entries."""
@@ -434,11 +438,10 @@ class Runs:
             found.append(Direction(v.name, float(x[p]), 1.0, changes))
         return found
 
-    def _start(self, x: Float, number: int) -> Any:
-        case = self.cases[number].case
-        return initial_state(self.model(x, case), self._hold(number).steady, case_start(case, self._turbine(x, case)))[
-            0
-        ]
+    def _start(self, x: Float, number: int, about: Float | None = None) -> Any:
+        case, steady = self.cases[number].case, self._hold(number).steady
+        model = self.model(x, case, about)
+        return initial_state(model, steady, case_start(case, model.turbine))[0]
 
     def _begins(self, x: Float, number: int, p: int) -> dict[str, Float]:
         """Derivatives of the start of a case by a variable, by differences; the same for all seeds of a mean wind.
@@ -455,7 +458,7 @@ class Runs:
         h, sides, law = START_STEP * v.scale, [], self.controller(x, case)
         for sign in (-1.0, 1.0):
             moved = self._moved(x, p, sign * h)
-            model, start = self.model(moved, case), self._start(moved, number)
+            model, start = self.model(moved, case, x), self._start(moved, number, x)
             at = Case(model, steady)
             start.set(at) if isinstance(start, Start) else start.put(at)
             arrays = {n: a for n, a in at.arrays.items() if isinstance(a, np.ndarray) and a.dtype == np.float64}
@@ -475,12 +478,12 @@ class Runs:
         return found
 
     def _turbine_beside(self, x: Float, case: LoadCase, p: int, change: float) -> Any:
-        return self._turbine(self._moved(x, p, change), case)
+        return self._turbine(self._moved(x, p, change), case, x)
 
     def _state_beside(self, x: Float, case: LoadCase, point: StartPoint, p: int, change: float) -> dict[str, Float]:
         """Initial state of the controller with a variable changed."""
         moved = self._moved(x, p, change)
-        law = with_entries(self._law(moved, case, self._turbine(moved, case)), self.variables.entries(moved))
+        law = with_entries(self._law(moved, case, self._turbine(moved, case, x)), self.variables.entries(moved))
         return {"controller_state": law.initial_state(point)}
 
     def _part(self, x: Float, number: int, by: Float, ways: Mapping[str, Any]) -> Float:
@@ -520,7 +523,7 @@ class Runs:
 
         def terms(p: int, h: float) -> dict[str, Float]:
             """Terms with a variable changed."""
-            model = self.model(self._moved(x, p, h), case)
+            model = self.model(self._moved(x, p, h), case, x)
             return {t.name: np.array([of_turbine(t, model)]) for t in self.of_turbine}
 
         for p, v in enumerate(self.variables.each):

@@ -49,6 +49,17 @@ class VariableSetting(Record):
         return self
 
 
+class LayupSetting(Record):
+    """Layup from which stiffness, mass and twist of the blade's sections are computed."""
+
+    file: str
+    """windIO file or layup file, or a turbine of the library with a layup."""
+    model: Literal["walls", "elements"] = "walls"
+    """Thin walls, or finite elements."""
+    stations: int | None = Field(default=None, ge=5, le=500)
+    """Evenly spaced stations; by default those of the turbine's blade [-; 20 to 80]."""
+
+
 class TermSetting(Record):
     """A share of the objective."""
 
@@ -138,7 +149,9 @@ class Design(Record):
     turbine: str
     """Name in the library or path of a YAML file."""
     variables: dict[str, VariableSetting] = Field(min_length=1)
-    """What the optimiser may change, by paths: ``controller.NAME`` or ``turbine.PATH``."""
+    """What the optimiser may change, by paths: ``controller.NAME``, ``turbine.PATH`` or ``layup.LAYER``."""
+    layup: LayupSetting | None = None
+    """Layup of the blade, whose layers' thickness may be variables."""
     objective: dict[str, float | TermSetting] = Field(min_length=1)
     """Terms and their shares: ``del TwrBsMyt: 0.5``."""
     constraints: dict[str, ConstraintSetting] = Field(default_factory=dict)

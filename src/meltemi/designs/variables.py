@@ -12,12 +12,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from meltemi.control.baseline import BaselineState
 from meltemi.core.errors import InputError, MeltemiError, did_you_mean
 from meltemi.core.record import COPY
+from meltemi.designs.layup import DesignLayup
 from meltemi.designs.settings import VariableSetting
+from meltemi.designs.splines import spline_rows
+from meltemi.sections.layup import Layup
+from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
@@ -56,6 +59,11 @@ class Variable:
         return self.path.startswith("controller.")
 
     @property
+    def of_layup(self) -> bool:
+        """Whether it is a factor on the thickness of layers of the blade."""
+        return self.path.startswith("layup.")
+
+    @property
     def of_law(self) -> bool:
         """Whether it acts by the controller alone: by its state, or by the turbine's settings of the control."""
         return self.path.startswith(("controller.", "control."))
@@ -63,10 +71,11 @@ class Variable:
 
 @dataclass(frozen=True)
 class Variables:
-    """The variables of a design, and the turbine at its start."""
+    """The variables of a design, the turbine at its start, and the layup of its blade, if sections follow from it."""
 
     turbine: AnyTurbine
     each: tuple[Variable, ...]
+    layup: DesignLayup | None = None
 
     @cached_property
     def low(self) -> Float:
@@ -93,18 +102,43 @@ class Variables:
         """Names of the variables."""
         return [v.name for v in self.each]
 
-    def apply(self, x: Sequence[float] | Float) -> AnyTurbine:
+    def apply(self, x: Sequence[float] | Float, about: Float | None = None) -> AnyTurbine:
         """The turbine of a design (G-1).
 
+        Args:
+          x: (P,) values of the variables.
+          about: values about which the sections of a layup are expanded, for derivatives there (G-13); else they are
+            computed.
+
         Raises:
-          InputError: the description is not valid.
+          InputError: the description is not valid, or a section cannot be computed.
         """
-        if not any(not v.of_controller for v in self.each):
+        turbine = self._described(x)
+        if self.layup is None:
+            return turbine
+        assert isinstance(turbine, Turbine)
+        base = None if about is None else self.layup_at(about)
+        return self.layup.blade(turbine, self.layup_at(x, turbine), base)
+
+    def layup_at(self, x: Sequence[float] | Float, turbine: Turbine | None = None) -> Layup:
+        """The layup of the blade of a design."""
+        assert self.layup is not None
+        factors: dict[str, list[float]] = {}
+        for v, value in zip(self.each, x, strict=True):
+            if v.of_layup:
+                factors.setdefault(v.path.removeprefix("layup."), []).append(float(value))
+        described = self._described(x) if turbine is None else turbine
+        assert isinstance(described, Turbine)
+        return self.layup.changed(described, factors)
+
+    def _described(self, x: Sequence[float] | Float) -> AnyTurbine:
+        """The turbine of a design without its layup."""
+        if all(v.of_controller or v.of_layup for v in self.each):
             return self.turbine
         data = self.turbine.model_dump(mode="python", context=COPY)
         lists: dict[str, tuple[Float, Float]] = {}
         for v, value in zip(self.each, x, strict=True):
-            if v.of_controller:
+            if v.of_controller or v.of_layup:
                 continue
             if not v.row.size:
                 put(data, v.path, v.unit * float(value))
@@ -156,7 +190,10 @@ def put(data: Any, path: str, value: float) -> None:
         container[key] = value
 
 
-def variables_of(settings: Mapping[str, VariableSetting], turbine: AnyTurbine, state: Mapping[str, float]) -> Variables:
+def variables_of(
+    settings: Mapping[str, VariableSetting], turbine: AnyTurbine, state: Mapping[str, float],
+    layup: DesignLayup | None = None,
+) -> Variables:  # fmt: skip
     """The variables of a design.
 
     Args:
@@ -164,6 +201,7 @@ def variables_of(settings: Mapping[str, VariableSetting], turbine: AnyTurbine, s
       turbine: the turbine at the start.
       state: state of the controller at the start by the names of its entries; those of the baseline controller are
         numbers of the turbine's description instead.
+      layup: of the blade.
 
     Raises:
       InputError: a path is unknown, or leads to no number.
@@ -171,7 +209,11 @@ def variables_of(settings: Mapping[str, VariableSetting], turbine: AnyTurbine, s
     found: list[Variable] = []
     for name, setting in settings.items():
         kind, _, rest = name.partition(".")
-        if kind == "turbine" and rest:
+        if kind == "layup" and rest:
+            if layup is None:
+                raise InputError(f"variables: {name!r} needs a layup: add layup: {{file: ...}}, a windIO or layup file")
+            found += _of_layup(name, setting)
+        elif kind == "turbine" and rest:
             found += _of_turbine(name, rest, setting, turbine)
         elif kind == "controller" and rest:
             if rest not in state:
@@ -180,8 +222,16 @@ def variables_of(settings: Mapping[str, VariableSetting], turbine: AnyTurbine, s
             found += _of_turbine(name, own, setting, turbine) if own else [_number(name, name, setting, state[rest])]
         else:
             hint = did_you_mean(name, [f"controller.{entry}" for entry in state])
-            raise InputError(f"variables: {name!r} is neither controller.NAME nor turbine.PATH: {hint}")
-    return Variables(turbine, tuple(found))
+            raise InputError(f"variables: {name!r} is no controller.NAME, turbine.PATH or layup.LAYER: {hint}")
+    return Variables(turbine, tuple(found), layup)
+
+
+def _of_layup(name: str, s: VariableSetting) -> list[Variable]:
+    if s.add or s.entry:
+        raise InputError(f"variables: {name!r} is a factor on thickness: entry and add are for lists of the turbine")
+    names = [name] if s.knots is None else [f"{name}[{k + 1}/{s.knots}]" for k in range(s.knots)]
+    one = _number(name, name, s.replace(relative=True), 1.0)
+    return [replace(one, name=each) for each in names]
 
 
 def _in_turbine(name: str, turbine: AnyTurbine) -> str:
@@ -246,11 +296,3 @@ def _number(name: str, path: str, s: VariableSetting, value: float) -> Variable:
     if not low <= start <= high:
         raise InputError(f"variables: {name!r} begins at {start:g}, outside low {low:g} to high {high:g}")
     return Variable(name, path, low, high, start, s.scale or 0.25 * (high - low), unit=value if s.relative else 1.0)
-
-
-def spline_rows(span: Float, knots: int) -> Float:
-    """(knots, S) values at ``span`` (0 to 1) of the natural cubic splines that are one at a knot (G-2)."""
-    if knots == 2:
-        return np.array([1.0 - span, span])
-    spline = CubicSpline(np.linspace(0.0, 1.0, knots), np.eye(knots), bc_type="natural")
-    return np.asarray(spline(span)).T

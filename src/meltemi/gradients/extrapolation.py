@@ -18,6 +18,10 @@ ROUNDING = 1e-14
 """Relative change of an entry by the step that counts as none."""
 FLOOR = 1e-3
 """Smallest row of a table, over its largest, whose error counts."""
+ENOUGH = 1e-5
+"""Relative error above which the step is reduced: two modes that nearly cross within it."""
+REDUCED = (1.0, 0.25, 0.0625)
+"""Parts of the step that are tried."""
 
 
 def extrapolated(tables: Callable[[float], Mapping[str, Float]], step: float) -> tuple[dict[str, Float], float]:
@@ -31,6 +35,18 @@ def extrapolated(tables: Callable[[float], Mapping[str, Float]], step: float) ->
       Derivatives that are not all zero; and the largest change by the last extrapolation, over the largest value or
       derivative in the row of the table: some 1e-9 where the tables are smooth, much more at a kink.
     """
+    found: list[tuple[dict[str, Float], float]] = []
+    for part in REDUCED:
+        found.append(_extrapolated(tables, part * step, step / STEP))
+        if found[-1][1] <= ENOUGH:
+            break
+    return min(found, key=lambda each: each[1])
+
+
+def _extrapolated(
+    tables: Callable[[float], Mapping[str, Float]], step: float, unit: float
+) -> tuple[dict[str, Float], float]:
+    """Derivatives by steps from a largest one, and their error over values by a unit of the argument."""
     rows: list[list[dict[str, Float]]] = []
     for level in range(LEVELS):
         h = step / 2.0**level
@@ -45,7 +61,7 @@ def extrapolated(tables: Callable[[float], Mapping[str, Float]], step: float) ->
         moved = np.abs(array) * step > ROUNDING * np.abs(high[name])
         if np.any(moved):
             found[name] = np.where(moved, array, 0.0)
-            whole = np.maximum(np.abs(found[name]), np.abs(high[name]) * STEP / step)
+            whole = np.maximum(np.abs(found[name]), np.abs(high[name]) / unit)
             sizes = np.max(whole, axis=-1, keepdims=True) if array.ndim else whole
             sizes = np.maximum(sizes, FLOOR * float(np.max(whole)))
             change = np.where(moved, np.abs(array - rows[-1][-2][name]), 0.0)

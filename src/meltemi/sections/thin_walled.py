@@ -80,9 +80,8 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
         stack: list[tuple[int, complex]] = []
         for k in np.flatnonzero(here):
             t = shell.thickness[k]
-            if t.real > room:
-                t = t * (room / t.real)
-            room -= t.real
+            t = room if t.real > room.real else t
+            room = room - t
             if t.real > 1e-9:
                 stack.append((shell.plies[k], t))
         if stack:
@@ -99,7 +98,8 @@ def walls_of(section: Section, pieces: int = PIECES) -> Walls:
         check_web(section, w)
         a, b = nodes[ends[0]], nodes[ends[1]]
         along = (b - a) / np.sqrt(np.sum((b - a) ** 2))
-        hidden = [0.5 * depth[j] / max(abs(columns.inward[j] @ along.real), 0.2) for j in ends]
+        slant = [max(v, -v, key=np.real) for v in (columns.inward[j] @ along for j in ends)]
+        hidden = [0.5 * depth[j] / max(v, 0.2, key=np.real) for j, v in zip(ends, slant, strict=True)]
         inner = a + hidden[0] * along, b - hidden[1] * along
         n = max(int(np.sqrt(np.sum((b - a).real ** 2)) / shell.length * pieces), 4)
         line = [ends[0], *range(len(nodes), len(nodes) + n + 1), ends[1]]

@@ -34,6 +34,10 @@ CROWDED = 0.3
 """Least inner over outer length of a column; where it is less, a node is left out."""
 
 
+FREE = 1e9
+"""[m] room of nodes whose depth nothing limits, finite for the product with complex numbers."""
+
+
 def at_arc(contour: Numbers, s: Numbers) -> Numbers:
     """(n, 2) points of a contour at arcs, real or complex."""
     known = arcs(contour)
@@ -252,7 +256,7 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
     if not closed:
         smooth[[0, -1]] = False
     inward[smooth] = shell.normal(real[smooth], spacing)
-    room = np.full(len(s), np.inf)
+    room = np.full(len(s), FREE, dtype=np.result_type(shell.thickness, s))
     bonded: list[tuple[int, int]] = []
     if (edge := shell.edge) is not None:
         total = shell.total
@@ -268,7 +272,7 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
             for i, inner, depth in ((j, -1.0, 0), (k, 1.0, 1)):
                 inward[i] = inner * tilt[depth], 0.0
                 smooth[i] = False
-                room[i] = gap.real * thick[depth].real / share.real
+                room[i] = gap * thick[depth] / share
             if BOND * share.real >= 0.999 * gap.real:
                 bonded.append((j, k))
     return Columns(s, outer, inward, room, present, smooth, closed, tuple(bonded))
@@ -291,7 +295,7 @@ def depths(shell: Shell, columns: Columns) -> Numbers:
     bonded = {i for pair in columns.bonded for i in pair}
     for j in range(len(depth)):
         over = depth[j].real > (
-            min(columns.room[j], depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j]
+            min(columns.room[j].real, depth[j, -1].real * (1.0 - 1e-12)) if j in bonded else columns.room[j].real
         )
         depth[j][over] = columns.room[j]
     return depth

@@ -1,0 +1,39 @@
+"""Files of layups: of windIO, of meltemi, and those behind turbines of the library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from meltemi.core.errors import InputError
+from meltemi.sections.layup import Layup
+
+
+def find_layup(name: str | Path, folder: Path | None = None) -> Layup:
+    """The layup of a file, or of a turbine of the library.
+
+    Args:
+      name: windIO file, layup file, or a turbine of the library that is read from a windIO file.
+      folder: to which paths are relative.
+
+    Raises:
+      InputError: there is no such file, or it has no layup.
+    """
+    from meltemi.core.yamlfile import parse, read_text, validated
+    from meltemi.exchange.windio.layup import read_layup
+    from meltemi.turbine.library import library_entries
+    from meltemi.turbine.windio_package import windio_file
+
+    path = (folder or Path()) / name
+    known = library_entries()
+    if not path.is_file() and str(name) in known:
+        entry = known[str(name)]
+        while entry.windio is None and entry.base is not None:
+            entry = known[entry.base]
+        if entry.windio is None:
+            having = ", ".join(each for each, other in known.items() if other.windio)
+            raise InputError(f"layup: {name} of the library has no layup; {having} have one: give a file")
+        return read_layup(windio_file(entry.windio, str(name)))
+    text = read_text(path)
+    if "components:" in text or '"components"' in text:
+        return read_layup(path)
+    return validated(parse(text, path, "a Layup"), Layup, str(path), text)
