@@ -21,7 +21,7 @@ from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import ConstraintSetting, Design, VariableSetting
 from meltemi.designs.terms import combined, soft_maximum, statistic, term_of
 from meltemi.designs.variables import Variable, Variables, spline_rows, variables_of
-from meltemi.gradients.extrapolation import extrapolated
+from meltemi.gradients.extrapolation import ENOUGH, extrapolated
 from meltemi.loads import damage_equivalent_load
 from meltemi.simulation.channels import every_kind
 
@@ -121,7 +121,7 @@ def test_one_factor_on_the_same_number_of_several_records() -> None:
         ("turbine.hub.mass", {}, "begins at 56780, outside low 0.5 to high 2"),
         ("turbine.tower.mass", {"entry": 99}, "entry 99 is asked for"),
         ("controller.nothing", {}, "the controller has no 'controller.nothing'"),
-        ("hub.mass", {}, "neither controller.NAME nor turbine.PATH"),
+        ("hub.mass", {}, "no controller.NAME, turbine.PATH or layup.LAYER"),
     ],
 )
 def test_variables_that_lead_nowhere(path: str, setting: dict[str, Any], words: str) -> None:
@@ -190,8 +190,10 @@ def test_extrapolation_is_exact_for_polynomials_and_sees_kinks() -> None:
     found, error = extrapolated(lambda h: {"a": np.array([(1.0 + h) ** 7, np.exp(h)]), "b": np.ones(2)}, 0.03)
     assert found.keys() == {"a"} and error < 1e-12
     np.testing.assert_allclose(found["a"], [7.0, 1.0], rtol=1e-12)
-    _, kink = extrapolated(lambda h: {"a": np.array([1.0 + max(h - 0.01, 0.0)])}, 0.03)
-    assert kink > 1e-3
+    _, kink = extrapolated(lambda h: {"a": np.array([1.0 + max(h - 0.001, 0.0)])}, 0.03)
+    assert kink > ENOUGH
+    found, error = extrapolated(lambda h: {"a": np.array([np.exp(h) + 5.0 * max(h - 0.01, 0.0)])}, 0.03)
+    assert error < 1e-10 and found["a"][0] == pytest.approx(1.0, rel=1e-10)  # steps between kinks
 
 
 # --------------------------------------------------------------------------------------- the problem and its search

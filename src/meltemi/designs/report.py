@@ -22,7 +22,8 @@ from meltemi.reports.rendering import report_folder
 NO_PROOF = "None: the search was interrupted, or proof.cases of a load base are not given."
 MOST_NAMES = 16
 """Largest number of curves with names."""
-TURBINE, CONTROLLER, PAGE, PROGRESS = "designed.yaml", "designed_controller.py", "design.html", "progress.png"
+TURBINE, CONTROLLER, LAYUP = "designed.yaml", "designed_controller.py", "designed_layup.yaml"
+PAGE, PROGRESS = "design.html", "progress.png"
 
 
 def write_progress(problem: Problem, trials: Sequence[Trial], out: Path) -> Path:
@@ -134,6 +135,9 @@ def write_design(result: DesignResult, out: str | Path, *, repeat: str = "", foo
     files = [out / TURBINE]
     if result.entries:
         files.append(write_text(out / CONTROLLER, controller_text(result)))
+    if (variables := result.problem.variables).layup is not None:
+        write_record(variables.layup_at(result.end), out / LAYUP)
+        files.append(out / LAYUP)
     for name, table in (("variables", variable_table(result)), ("comparison", change_table(result))):
         head = [" ".join(h.split()) for h in table.head]
         files.append(write_csv(out / f"{name}.csv", head, table.texts))
