@@ -248,3 +248,11 @@ def test_windio_1(tmp_path: Path) -> None:
     made = thin_walled_section(section)
     assert made.mass[0, 0] == pytest.approx(1900.0 * np.pi * (1.0 - 0.985**2), rel=5e-3)
     assert centres_of(made.stiffness, made.mass).mass == pytest.approx([0.0, 0.0], abs=1e-3)
+
+
+def test_derivative_where_the_trailing_edge_is_bonded(layups: dict[str, Layup]) -> None:
+    """Plies that fill the room between the sides end there; a third of an entry was lost once."""
+    layup, h = layups["15-240"], 1e-4
+    low, high = (thin_walled_section(layup.section(0.55, {"Shell_skin": 1.0 + s * h})).stiffness for s in (-1.0, 1.0))
+    found = thin_walled_section(layup.section(0.55, {"Shell_skin": 1.0 + 1e-30j})).stiffness.imag / 1e-30
+    np.testing.assert_allclose(np.diag(found), np.diag(high - low) / (2.0 * h), rtol=1e-4)

@@ -68,8 +68,11 @@ class DesignLayup:
             grid, t = layer.thickness.grid, layer.thickness.values
             for pattern, f in factors.items():
                 if fnmatchcase(layer.name, pattern):
+                    inside = self.stations[(self.stations > grid[0]) & (self.stations < grid[-1])]
+                    grid, old = np.unique(np.concatenate([grid, inside])), grid
                     span = (grid - grid[0]) / (grid[-1] - grid[0])
-                    t = t * (np.asarray(f) @ spline_rows(span, len(f)) if len(f) > 1 else f[0])
+                    along = np.asarray(f) @ spline_rows(span, len(f)) if len(f) > 1 else f[0]
+                    t = along * np.interp(grid, old, t)
             layers.append(layer.replace(thickness=Curve(grid=grid, values=t)))
         shape = {}
         if self.of_chord:

@@ -282,7 +282,7 @@ def depths(shell: Shell, columns: Columns) -> Numbers:
     """(J + 1, slots + 1) [m] depth of the interfaces at the nodes: means of the columns beside them, within their
     room."""
     slots = shell.slots
-    stack = np.zeros((len(columns.present), int(slots.max(initial=-1)) + 1), dtype=shell.thickness.dtype)
+    stack = np.zeros((len(columns.present), int(slots.max(initial=-1)) + 1), dtype=columns.room.dtype)
     for k, slot in enumerate(slots):
         stack[:, slot] += columns.present[:, k] * shell.thickness[k]
     some = np.any(columns.present, axis=1)
