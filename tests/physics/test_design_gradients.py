@@ -60,6 +60,31 @@ def test_the_gradient_of_the_whole_objective_with_new_build_and_new_start() -> N
         np.testing.assert_allclose(slopes[:, p], difference, rtol=3e-3, atol=3e-3 * size.max() if size.all() else 1e-3)
 
 
+def test_the_gradient_by_plies_chord_and_twist_of_a_layup() -> None:
+    """From the thickness of plies through section, blade and turbine in turbulence to a load (G-9a, G-9b)."""
+    given = study(
+        turbine="iea15mw", layup={"file": "iea15mw"},
+        case={"duration": 20.0, "transient": 8.0, "wind": {"intensity": 0.12, "points": 9}}, cases=[{"speed": 14.0}],
+        variables={
+            "layup.Spar_Cap_*": {"knots": 2, "low": 0.6, "high": 1.5}, "layup.Shell_skin": {"low": 0.7, "high": 1.5},
+            "turbine.blade.aerodynamics.chord": {"knots": 2, "low": 0.9, "high": 1.1},
+            "turbine.blade.aerodynamics.twist": {"knots": 2, "add": True, "low": "-3 deg", "high": "3 deg"},
+        },
+        objective={"del RootMyc1": 1.0},
+        constraints={"clearance": {"least": 1.0}, "max RootMyc1": {"most": 1.0}, "mass blade": {"most": 1.0}},
+    )  # fmt: skip
+    problem, x = given.problem, given.variables.start
+    slopes = problem.jacobian(x) * given.variables.scale
+    size = np.abs(slopes).max()
+    for p in range(len(x)):
+        found = []
+        for h in (1e-2, 3e-3, 1e-3):  # cycles appear within large steps, steady operation rounds small ones
+            sides = [problem.trial(x + s * h * given.variables.scale * (np.arange(len(x)) == p)) for s in (-1.0, 1.0)]
+            low, high = (np.array([trial.objective, *trial.margins]) for trial in sides)
+            found.append(np.abs((high - low) / (2.0 * h) - slopes[:, p]))
+        assert np.all(np.min(found, axis=0) < 2e-3 * size), given.variables.names[p]
+
+
 def test_the_optimum_of_one_gain_is_that_of_a_scan() -> None:
     found = optimise(validated(CASES | {
         "variables": GAIN, "objective": {"std rotor_speed": 0.6, "travel pitch_1": 0.4}, "tolerance": 1e-7,

@@ -26,6 +26,7 @@ def layup_of(length: float = NREL.blade.length) -> Layup:
     """An ellipse with caps and a web, thinner towards the tip."""
     a = np.linspace(0.0, 2.0 * np.pi, 81)
     t = {"grid": [0.0, 0.5, 1.0], "values": [0.03, 0.02, 0.005]}
+    cap = {"grid": [0.1, 0.9], "values": [0.05, 0.01]}
     return Layup(
         name="ellipse", position={"grid": [0.0, 1.0], "values": [0.0, length]}, offset_y=1.4, thickness=0.4,
         chord={"grid": [0.0, 1.0], "values": [4.0, 2.0]}, materials={"m": SKIN},
@@ -34,7 +35,7 @@ def layup_of(length: float = NREL.blade.length) -> Layup:
         layers=(
             Layer(name="skin", material="m", thickness=t, angle=0.2),
             Layer(name="cap_s", material="m", thickness=0.04, start=0.2, end=0.3),
-            Layer(name="cap_p", material="m", thickness={"grid": [0.1, 0.9], "values": [0.05, 0.01]}, start=0.7, end=0.8),
+            Layer(name="cap_p", material="m", thickness=cap, start=0.7, end=0.8),
             Layer(name="web", material="m", thickness=0.01, web="web"),
         ),
     )  # fmt: skip

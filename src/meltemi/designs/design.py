@@ -192,7 +192,7 @@ class _Study:
         self.unseen = self._unseen()
         first = self.cases[0].case
         turbine = case_turbine(first.replace(icing=None, imbalance=None, electrical=None), folder)
-        layup = design.layup and design_layup(design.layup, turbine, folder, design.variables)
+        layup = None if design.layup is None else design_layup(design.layup, turbine, folder, design.variables)
         self.variables = variables_of(design.variables, turbine, _state(first, turbine, folder), layup)
         self.objective = [term_of(name, setting) for name, setting in design.objective.items()]
         self.constraints = [term_of(name, setting) for name, setting in design.constraints.items()]

@@ -1,4 +1,4 @@
-"""The layup of the blade in a design: its sections and their derivatives by thickness and chord (G-12, G-13)."""
+"""The layup of the blade in a design: its sections and their derivatives by thickness and chord (G-9a, G-9b)."""
 
 from __future__ import annotations
 
@@ -69,10 +69,10 @@ class DesignLayup:
             for pattern, f in factors.items():
                 if fnmatchcase(layer.name, pattern):
                     inside = self.stations[(self.stations > grid[0]) & (self.stations < grid[-1])]
-                    grid, old = np.unique(np.concatenate([grid, inside])), grid
-                    span = (grid - grid[0]) / (grid[-1] - grid[0])
+                    finer = np.unique(np.concatenate([grid, inside]))
+                    span = (finer - finer[0]) / (finer[-1] - finer[0])
                     along = np.asarray(f) @ spline_rows(span, len(f)) if len(f) > 1 else f[0]
-                    t = along * np.interp(grid, old, t)
+                    grid, t = finer, along * np.interp(finer, grid, t)
             layers.append(layer.replace(thickness=Curve(grid=grid, values=t)))
         shape = {}
         if self.of_chord:
@@ -92,7 +92,7 @@ class DesignLayup:
         Args:
           turbine: the design without them.
           layup: its layup.
-          about: expand the sections to first order about this layup, for derivatives there (G-13).
+          about: expand the sections to first order about this layup, for derivatives there (G-9a).
 
         Raises:
           InputError: a section cannot be computed.
@@ -128,7 +128,7 @@ class DesignLayup:
     def _slopes(self, layup: Layup) -> dict[str, Matrices]:
         """Derivatives (S, 6, 6) of the matrices by relative changes of thickness, by complex steps, and of the chord.
 
-        Matrices are homogeneous in all lengths: the derivative by the chord follows from that by all thickness (G-14).
+        Matrices are homogeneous in all lengths: the derivative by the chord follows from that by all thickness (G-9b).
         """
         names = [*self.varied, *([CHORD] if self.of_chord else [])]
         found = {name: (np.zeros((len(self.stations), 6, 6)), np.zeros((len(self.stations), 6, 6))) for name in names}

@@ -107,7 +107,7 @@ class Variables:
 
         Args:
           x: (P,) values of the variables.
-          about: values about which the sections of a layup are expanded, for derivatives there (G-13); else they are
+          about: values about which the sections of a layup are expanded, for derivatives there (G-9a); else they are
             computed.
 
         Raises:

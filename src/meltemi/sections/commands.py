@@ -19,7 +19,7 @@ NAMES = {"walls": "thin walls", "elements": "finite elements"}
 
 
 def section(
-    file: Annotated[Path, "Layup of a blade: a windIO file, or a YAML file of ours."],
+    file: Annotated[Path, "Layup of a blade: a windIO file, a layup file, or a turbine of the library that has one."],
     at: Annotated[tuple[str, ...], "Stations as fractions of the span, separated by commas."] = ("0.25", "0.5", "0.75"),
     model: Annotated[
         Literal["both", "walls", "elements"], "Thin walls, finite elements, or both and their difference."
@@ -30,10 +30,11 @@ def section(
     """Compute 6 x 6 stiffness and mass, centres and masses of a blade's sections from its layup."""
     from meltemi.report.tables import number, write_csv
     from meltemi.sections.elements import finite_element_section
+    from meltemi.sections.files import find_layup
     from meltemi.sections.plots import plot_section
     from meltemi.sections.thin_walled import thin_walled_section
 
-    layup = read(file)
+    layup = find_layup(file)
     stations = [_station(text) for text in at]
     kinds = list(NAMES) if model == "both" else [model]
     matrices, centres, masses, files, problems = [], [], [], [], []
@@ -73,22 +74,6 @@ def section(
     )
     wrote(*files)
     suggest("section", file, "--at", f"{stations[0]:g}", "--model", "elements", "--pieces", 2 * pieces)
-
-
-def read(file: Path) -> Layup:
-    """The layup of a windIO file, or of a file of ours.
-
-    Raises:
-      InputError: the file is neither.
-    """
-    import meltemi.io
-    from meltemi.core.yamlfile import parse, read_text, validated
-    from meltemi.sections.layup import Layup
-
-    text = read_text(file)
-    if "components:" in text or '"components"' in text:
-        return meltemi.io.read_layup(file)
-    return validated(parse(text, file, "a Layup"), Layup, str(file), text)
 
 
 def _station(text: str) -> float:
