@@ -187,6 +187,82 @@ def test_published_pipe():
             assert walls[i, j] == pytest.approx(value, rel=0.065), (i, j)
 
 
+PUBLISHED_BOXES = {
+    "uncoupled": {(0, 0): 1.77e6, (1, 1): 4.44e4, (2, 2): 1.90e4, (3, 3): 8.16e3, (4, 4): 8.69e4, (5, 5): 2.15e5},
+    "antisymmetric": {
+        (0, 0): 1.25e6,
+        (1, 1): 9.81e4,
+        (2, 2): 4.24e4,
+        (3, 3): 1.77e4,
+        (4, 4): 6.14e4,
+        (5, 5): 1.52e5,  # printed there as 1.52e6
+        (0, 3): 5.21e4,
+        (1, 4): -2.64e4,
+        (2, 5): -2.78e4,
+    },
+    "symmetric": {
+        (0, 0): 1.37e6,
+        (1, 1): 8.84e4,
+        (2, 2): 3.95e4,
+        (3, 3): 1.73e4,
+        (4, 4): 6.08e4,
+        (5, 5): 1.43e5,
+        (0, 1): -1.84e5,
+        (3, 4): 1.80e4,
+    },
+}
+"""Boxes of 0.953 by 0.537 in of Smith and Chopra (1990, table 1): stiffness of NABSA in lb and in, to three digits, as
+listed by the AeroComBAT project (Validations/NABSA_VABS_Stiffness_Matrix.xlsx)."""
+
+
+@pytest.mark.parametrize("name", PUBLISHED_BOXES)
+def test_published_boxes(name: str):
+    """Plies along the axis, [0/30]_3 in one sense (CUS), and 15 deg in opposite senses with sides of [15/-15]_3 (CAS).
+
+    These are classes of coupling: none; extension with twist and bending with shear; bending with twist and extension
+    with shear. The ratio of Poisson of 0.42 is that of table 3 of the paper; closed form of bending says the height.
+    """
+    e1, e2, g = 20.6e6, 1.42e6, 0.87e6
+    fibres = Material(density=1.0, E1=e1, E2=e2, E3=e2, G12=g, G13=g, G23=g, nu12=0.42, nu13=0.42, nu23=0.42)
+    width, height = 0.953, 0.537
+    a0, a1, b0, b1 = sides(width, height)
+    of = {"uncoupled": [0.0], "antisymmetric": [0.0, -30.0]}
+    parts = [(of[name], 0.0, 1.0)] if name in of else [([-15.0], a0, a1), ([15.0], b0, b1)]
+    if name not in of:
+        parts += [([-15.0, 15.0], *ends) for ends in ((0.0, a0), (a1, b0), (b1, 1.0))]
+    plies = tuple(
+        Ply(f"{start:.2f} {i}", "carbon", 0.005, np.radians(angles[i % len(angles)]), start, end)
+        for angles, start, end in parts
+        for i in range(6)
+    )
+    section = Section(name, rectangle(width, height), plies, (), {"carbon": fibres})
+    K, walls = (in_vabs(model(section).stiffness) for model in (finite_element_section, thin_walled_section))
+    if name == "uncoupled":
+        inertia = (width * height**3 - (width - 0.06) * (height - 0.06) ** 3) / 12.0
+        assert PUBLISHED_BOXES[name][4, 4] == pytest.approx(e1 * inertia, rel=1e-3)
+    for place, value in PUBLISHED_BOXES[name].items():
+        assert K[place] == pytest.approx(value, rel=4e-3), place
+        assert walls[place] == pytest.approx(value, rel=0.04), place
+
+
+@BOTH
+def test_half_tube(model):
+    """Half a tube, E = 100, nu = 0.2, radius 0.1, wall 0.01: values of the user's guide of BECAS, case C2.
+
+    They are quoted from the tests of GXBeam; its half tube lies on the side of negative x, ours on that of negative y.
+    """
+    material = isotropic(100.0)
+    shear = dict.fromkeys(PER["G"].split(), 41.667)
+    material = material.replace(**shear, nu12=0.2, nu13=0.2, nu23=0.2)
+    made = model(Section("half", circle(0.1), (Ply("wall", "m", 0.01, 0.0, 0.25, 0.75),), (), {"m": material}))
+    K = made.stiffness
+    close = 0.015 if model is thin_walled_section else 2e-3  # the wall is a tenth of the radius
+    assert np.diag(K)[[1, 0, 2, 4, 3]] == pytest.approx([4.964e-2, 6.244e-2, 0.2982, 1.349e-3, 1.349e-3], rel=close)
+    assert [K[5, 5], abs(K[2, 3]), abs(K[0, 5])] == pytest.approx([9.120e-4, 1.805e-2, 7.529e-3], rel=close)
+    centres = centres_of(K, made.mass)
+    assert [centres.shear[1], centres.tension[1]] == pytest.approx([-0.1206, -0.06051], rel=close)
+
+
 @BOTH
 def test_sign_of_bend_twist_coupling(model):
     """Fibres of both sides towards the leading edge: bending downwind, x, twists towards feather, about -z.
