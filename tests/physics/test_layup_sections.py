@@ -12,7 +12,6 @@ from meltemi.sections.elements import finite_element_section
 from meltemi.sections.laminate import rotation
 from meltemi.sections.layup import Material, Ply, Section, WebLine
 from meltemi.sections.properties import centres_of
-from meltemi.sections.recovery import ply_states
 from meltemi.sections.thin_walled import thin_walled_section
 
 E, NU, RHO = 70e9, 0.3, 2700.0
@@ -398,7 +397,7 @@ def test_stresses_of_plies():
     middle = R - 0.5 * t
     area, second = 2.0 * np.pi * middle * t, np.pi * middle**3 * t
     for model in (thin_walled_section, finite_element_section):
-        states = ply_states(model(section))
+        states = model(section).states()
         strain, stress = states.under(loads)
         x, y = states.position.T
         assert stress[:, 0] == pytest.approx(1e5 / area + (2e5 * y - 3e5 * x) / second, rel=0.01, abs=2e3)
@@ -410,7 +409,7 @@ def test_stresses_of_plies():
 def test_loads_from_stresses_of_elements():
     plies = (Ply("skin", "carbon", 0.02, 0.3), Ply("inner", "carbon", 0.01, -0.5))
     made = finite_element_section(box(plies), pieces=160)
-    mesh, states = made.mesh, ply_states(made)
+    mesh, states = made.mesh, made.states()
     corners = mesh.nodes[mesh.elements[:, :4]]
     p, q = corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]
     area = 0.5 * (p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])

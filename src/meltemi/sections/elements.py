@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.sections.layup import Section
-from meltemi.sections.properties import Energy, SectionModel, central_solution, mass_matrix
-from meltemi.sections.recovery import PlyStates
+from meltemi.sections.properties import Energy, PlyStates, SectionModel, central_solution, mass_matrix
 from meltemi.sections.thin_walled import check_web, far_apart
 from meltemi.sections.walls import Columns, Shell, at_arc, columns_of, depths
 

@@ -108,7 +108,9 @@ class Material(Record):
     S23: float | None = Field(default=None, gt=0.0)
     """[Pa]"""
     fatigue_exponent: float | None = Field(default=None, gt=1.0)
-    """Wöhler exponent."""
+    """Wöhler exponent along the fibres."""
+    across_exponent: float | None = Field(default=None, gt=1.0)
+    """Wöhler exponent across the fibres."""
     ply_thickness: float | None = Field(default=None, gt=0.0)
     """[m] thickness of one ply."""
 

@@ -1,21 +1,19 @@
 """Stiffness of a section from the energy of its strains and warping, and what follows from it.
 
 Equations (B-n) are in ``docs/theory/sections.md``. Both models describe displacements of the section by beam strains
-and
-by warping at nodes; they differ in the matrices of their strain energy only.
+and by warping at nodes; they differ in the matrices of their strain energy only.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
-from meltemi.sections.recovery import PlyStates
 
 if TYPE_CHECKING:
     from meltemi.sections.layup import Section
@@ -44,6 +42,37 @@ class Energy:
 
 
 @dataclass(frozen=True)
+class PlyStates:
+    """Strains and stresses at points of the plies, by unit loads of the section.
+
+    Points are on both faces of plies (thin walls), or in the middle of elements. The order of components is 11, 22, 33,
+    23, 13, 12 in the axes of the material, with engineering shear strains; that of loads is force along x, y, z, moment
+    about x, y, z.
+
+    Attributes:
+      ply: (Q,) index of ``section.plies``.
+      wall: (Q,) index of the wall (thin-walled: ``model.mesh.walls``; finite elements: column of elements).
+      position: (Q, 2) [m] x and y.
+      strain: (Q, 6, 6) [1/N, 1/(N m)] components by loads.
+      stress: (Q, 6, 6) [Pa/N, Pa/(N m)] components by loads.
+    """
+
+    ply: NDArray[np.intp]
+    wall: NDArray[np.intp]
+    position: Numbers
+    strain: Numbers
+    stress: Numbers
+
+    def at(self, points: NDArray[np.intp]) -> PlyStates:
+        """The states of some points, real."""
+        return PlyStates(*(getattr(self, each.name)[points].real for each in fields(self)))
+
+    def under(self, loads: Numbers) -> tuple[Numbers, Numbers]:
+        """(..., Q, 6) strains and stresses [Pa] under loads (..., 6)."""
+        return np.einsum("qij,...j->...qi", self.strain, loads), np.einsum("qij,...j->...qi", self.stress, loads)
+
+
+@dataclass(frozen=True)
 class SectionModel:
     """A section as a beam.
 
@@ -53,7 +82,7 @@ class SectionModel:
       mass: (6, 6) [kg/m, kg, kg m] momenta from velocities.
       ply_mass: (plies,) [kg/m] mass of each ply.
       mesh: of the model, for figures.
-      states: strains and stresses of the plies by unit loads.
+      states: makes the strains and stresses of the plies by unit loads.
     """
 
     section: Section

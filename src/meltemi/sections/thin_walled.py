@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.sections.laminate import Laminate, laminate, rotation
 from meltemi.sections.layup import Ply, Section
-from meltemi.sections.properties import Energy, SectionModel, central_solution, mass_matrix
-from meltemi.sections.recovery import PlyStates
+from meltemi.sections.properties import Energy, PlyStates, SectionModel, central_solution, mass_matrix
 from meltemi.sections.walls import Shell, columns_of, depths
 
 Numbers = NDArray[Any]

@@ -1,8 +1,7 @@
-"""Tables and figure of the strength of a blade's plies and panels."""
+"""Tables and figure of the strength of a blade's plies, panels and faces."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,13 +16,19 @@ if TYPE_CHECKING:
 
 SHOWN = 7
 """Largest number of layers that are drawn over the span: those with the largest index."""
+STABILITY = "buckling", "wrinkling"
 TOP = 1e6
 """Largest damage that is drawn."""
-LAYERS = "station [m]|layer|material|stress|strain|Tsai-Wu|index|margin|mode|result|time [s]|x [m]|y [m]|damage".split(
-    "|"
-)
-PANELS = "station [m],panel,width [m],critical [kN/m],compression [kN/m],index,margin,result,time [s]".split(",")
-WORST = "station [m]|worst layer|mode|index|margin|time [s]|buckling|damage|of layer|result".split("|")
+LAYERS = (
+    "station [m]|layer|material|stress|strain|Tsai-Wu|index|margin|mode|result|time [s]|x [m]|y [m]|damage|across"
+).split("|")
+PANELS = "station [m],mode,where,width [m],critical [kN/m],compression [kN/m],index,margin,result,time [s]".split(",")
+WORST = "station [m]|worst layer|mode|index|margin|buckling|wrinkling|damage|of layer|result".split("|")
+
+
+def _known(value: float) -> str:
+    """A number; empty where it is not known."""
+    return "" if np.isnan(value) else number(value)
 
 
 def margin(index: float) -> str:
@@ -31,40 +36,37 @@ def margin(index: float) -> str:
     return number(1.0 / index - 1.0) if index > 0.0 else ""
 
 
-def layer_rows(strength: BladeStrength, names: Sequence[str]) -> Rows:
-    """Header and rows of all layers; ``names`` of the results."""
+def layer_rows(strength: BladeStrength) -> Rows:
+    """Header and rows of all layers."""
     rows = []
     for x in strength.layers:
-        values = [number(v) if v == v else "" for v in (x.stress, x.strain, x.tsai_wu, x.index)]
-        at = [names[x.result], *map(number, (x.time, *x.position)), number(x.damage) if x.damage == x.damage else ""]
-        rows.append([number(x.station), x.layer, x.material, *values, margin(x.index), x.mode, *at])
+        indices, at = map(_known, (x.stress, x.strain, x.tsai_wu, x.index)), map(_known, (x.time, *x.position))
+        judged = [*indices, margin(x.index), x.mode, strength.names[x.result], *at]
+        rows.append([number(x.station), x.layer, x.material, *judged, _known(x.damage), _known(x.damage_across)])
     return list(LAYERS), rows
 
 
-def worst_rows(strength: BladeStrength, names: Sequence[str]) -> Rows:
-    """Header and rows for a terminal: of each station the layer with the largest index, and its panels."""
+def worst_rows(strength: BladeStrength) -> Rows:
+    """Header and rows for a terminal: of each station the layers with the largest index and damage, and stability."""
     rows = []
     for place in strength.points:
         here = [x for x in strength.layers if x.station == place and x.index == x.index]
         if here:
             x, tired = max(here, key=lambda x: x.index), max(here, key=lambda x: np.nan_to_num(x.damage, posinf=1e300))
-            buckling = max((p.index for p in strength.panels if p.station == place), default=float("nan"))
-            judged = [
-                number(x.index),
-                margin(x.index),
-                number(x.time),
-                number(buckling) if buckling == buckling else "",
-            ]
-            rows.append([number(place), x.layer, x.mode, *judged, number(tired.damage), tired.layer, names[x.result]])
+            panels = [p for p in strength.panels if p.station == place]
+            most = [max((p.index for p in panels if p.mode == mode), default=np.nan) for mode in STABILITY]
+            judged = [x.layer, x.mode, number(x.index), margin(x.index), *map(_known, most), _known(tired.damage)]
+            rows.append([number(place), *judged, tired.layer, strength.names[x.result]])
     return list(WORST), rows
 
 
-def panel_rows(strength: BladeStrength, names: Sequence[str]) -> Rows:
-    """Header and rows of the panels between webs."""
+def panel_rows(strength: BladeStrength) -> Rows:
+    """Header and rows of panels between webs and faces of sandwiches."""
     rows = []
     for p in strength.panels:
-        values = map(number, (p.width, 1e-3 * p.critical, 1e-3 * p.load, p.index))
-        rows.append([number(p.station), p.side, *values, margin(p.index), names[p.result], number(p.time)])
+        values = map(_known, (p.width, 1e-3 * p.critical, 1e-3 * p.load, p.index))
+        rows.append([number(p.station), p.mode, p.where, *values, margin(p.index), strength.names[p.result]])
+        rows[-1].append(_known(p.time))
     return list(PANELS), rows
 
 
@@ -88,11 +90,12 @@ def plot_blade_strength(strength: BladeStrength, title: str = "") -> Figure:
             look = looks.setdefault(name, curve(len(looks)) | {"markersize": 3.5})
             ax.plot(places, values, label=name, **look)
         ax.axhline(1.0, color=INK, linewidth=0.8, linestyle="--")
-    for side, line in (("suction side", "-"), ("pressure side", "--")):
-        of_side = [p for p in strength.panels if p.side == side]
-        if of_side:
+    for mode, line in zip(STABILITY, ("-", "--"), strict=True):
+        most = {p.station: 0.0 for p in strength.panels if p.mode == mode}
+        most = {place: max(p.index for p in strength.panels if (p.mode, p.station) == (mode, place)) for place in most}
+        if most:
             look = {"color": FAINT, "linestyle": line, "linewidth": 2.2, "zorder": 1.5}
-            span.plot([p.station for p in of_side], [p.index for p in of_side], label=f"buckling, {side}", **look)
+            span.plot(list(most), list(most.values()), label=f"{mode}, largest", **look)
     span.set_ylim(bottom=0.0)
     tired.set_yscale("log")
     tired.set_ylim(1e-8, 2.0 * TOP)

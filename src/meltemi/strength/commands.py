@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import meltemi
-from meltemi.app.options import TURBINES
+from meltemi.app.options import TURBINES, load_aeroelastic
 from meltemi.app.scans import values_of
 from meltemi.app.signatures import POSITIVE, Range
 from meltemi.app.terminal import OutOption, print_table, suggest, warn, write_results, wrote
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from meltemi.simulation.result import Result
     from meltemi.strength.plies import BladeStrength
     from meltemi.strength.welds import WeldFatigue
-    from meltemi.turbine.definition import Turbine
 
 
 def stress(
@@ -31,8 +30,10 @@ def stress(
     ] = None,
     turbine: Annotated[str | None, "Turbine's name or YAML file [that of the result].", TURBINES] = None,
     factors: Annotated[str | None, "Partial factors of a standard, by name [welds: none; plies: iec61400-5]."] = None,
-    load_factor: Annotated[float, "Partial factor of the loads for plies and buckling.", Range(0.5, 3)] = 1.35,
-    blade: Annotated[int, "Blade whose layup is judged.", Range(1, 3)] = 1,
+    load_factor: Annotated[
+        float, "Partial factor of the loads for plies and buckling; a load base has its own.", Range(0.5, 3)
+    ] = 1.35,
+    blade: Annotated[int, "Blade whose layup is judged; of a load base all are.", Range(1, 3)] = 1,
     shares: Annotated[str | None, "Shares of the lifetime of the results, e.g. 0.2,0.5,0.3 [equal]."] = None,
     stations: Annotated[
         str | None, "Places of stations 1, 2, ... [m] along tower or blade, of files without them."
@@ -45,36 +46,49 @@ def stress(
 
     if welds is not None and layup is not None:
         raise InputError("--welds and --layup: give one of them")
+    for path in results:
+        if path.suffix.lower() in (".yaml", ".yml"):
+            raise InputError(
+                f"{path}: not a result: 'meltemi stress' takes results of one turbine ({suffixes(FORMATS)}) or the "
+                "folder of a load base; a turbine's file is given by --turbine, welds by --welds, a layup by --layup"
+            )
     parts = None if shares is None else values_of(shares, "--shares")
     places = None if stations is None else values_of(stations, "--stations")
     plan = None if welds is None else read_welds(welds)
+    plies, set_of = None if layup is None else meltemi.io.read_layup(layup), factors or "iec61400-5"
     if len(results) == 1 and results[0].is_dir():
-        for option, given in (("--shares", shares), ("--stations", stations), ("--layup", layup)):
+        from meltemi.strength.load_base import base_blade_strength, base_weld_fatigue
+
+        for option, given in (("--shares", shares), ("--stations", stations)):
             if given is not None:
                 raise InputError(f"{option}: not with a load base, which has cycles, weights and stations of its own")
-        from meltemi.strength.load_base import base_weld_fatigue
-
-        other = _turbine(turbine) if turbine else None
-        found = base_weld_fatigue(results[0], plan, turbine=other, factors=factors)
-        _welds(*found, f"{results[0].name}: welds of the tower over the lifetime", out)
-        suggest("loads", "report", results[0])
+        base, other = results[0], load_aeroelastic(turbine, "meltemi stress") if turbine else None
+        if plies is None:
+            found = base_weld_fatigue(base, plan, turbine=other, factors=factors)
+            _welds(*found, f"{base.name}: welds of the tower over the lifetime", out)
+        else:
+            strength = base_blade_strength(base, plies, turbine=other, factors=set_of)
+            _plies(strength, f"{base.name}: plies of the blades, factors {set_of}", out)
+        suggest("loads", "report", base)
         return
     read = [meltemi.read_result(path) for path in results]
     name = turbine or _named(results[0], read[0])
-    if layup is None:
+    machine = load_aeroelastic(name, "meltemi stress")
+    if plies is None:
         from meltemi.strength.welds import weld_fatigue
 
-        found = weld_fatigue(read, _turbine(name), plan, shares=parts, years=years, stations=places, factors=factors)
+        found = weld_fatigue(
+            read, machine, plan, shares=parts, years=years, stations=places, factors=factors, load_factor=load_factor
+        )
         _welds(*found, f"{name}: welds of the tower over {years:g} years", out)
     else:
         from meltemi.strength.plies import blade_strength
 
-        set_of = factors or "iec61400-5"
         strength = blade_strength(
-            read, _turbine(name), meltemi.io.read_layup(layup), factors=set_of, load_factor=load_factor,
-            blade=blade, shares=parts, years=years, stations=places,
+            read, machine, plies, factors=set_of, load_factor=load_factor, blade=blade, shares=parts, years=years,
+            stations=places, names=[path.name for path in results],
         )  # fmt: skip
-        _plies(strength, [path.name for path in results], f"{name}: plies of blade {blade}, factors {set_of}", out)
+        _plies(strength, f"{name}: plies of blade {blade}, factors {set_of}", out)
     suggest("inspect", name)
 
 
@@ -88,23 +102,17 @@ def _welds(found: Sequence[WeldFatigue], warnings: Sequence[str], title: str, ou
     wrote(*files)
 
 
-def _plies(strength: BladeStrength, names: Sequence[str], title: str, out: Path) -> None:
+def _plies(strength: BladeStrength, title: str, out: Path) -> None:
     from meltemi.report.tables import write_csv
     from meltemi.strength.blade_report import layer_rows, panel_rows, plot_blade_strength, worst_rows
 
-    every = layer_rows(strength, names)
+    every = layer_rows(strength)
     files = write_results(out / "layers", every, plot_blade_strength(strength, title))
-    files.append(write_csv(out / "panels.csv", *panel_rows(strength, names)))
-    print_table(title, *worst_rows(strength, names), text_columns=1, all_rows=every)
+    files.append(write_csv(out / "panels.csv", *panel_rows(strength)))
+    print_table(title, *worst_rows(strength), text_columns=1, all_rows=every)
     print("an index of 1 is failure with all partial factors; damage without factor of the loads")
     warn(strength.warnings)
     wrote(*files)
-
-
-def _turbine(name: str) -> Turbine:
-    from meltemi.app.options import load_aeroelastic
-
-    return load_aeroelastic(name, "meltemi stress")
 
 
 def _named(path: Path, result: Result) -> str:

@@ -1,4 +1,4 @@
-"""Failure of plies and buckling of panels: closed forms (G-10 to G-18).
+"""Failure of plies and buckling of panels: closed forms (G-10 to G-19).
 
 Reference: docs/theory/strength.md.
 
@@ -8,7 +8,7 @@ Indices are proportional to the loads: failure is at 1, and the margin of safety
 from __future__ import annotations
 
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,23 +62,32 @@ def tsai_wu_index(material: Material, stress: Float) -> Float:
     return np.asarray(0.5 * (linear + np.sqrt(linear**2 + 4.0 * square)))
 
 
-def goodman_damage(cycles: Cycles, tension: float, compression: float, m: float, factors: tuple[float, float]) -> float:
-    """Damage of stress cycles along the fibres by a straight S-N line, shifted after Goodman (G-13, G-14).
+class SnLine(NamedTuple):
+    """A straight S-N line from the static strengths (G-13).
 
-    Args:
-      cycles: ranges and means [Pa].
-      tension, compression: [Pa] static strengths along the fibres.
-      m: slope of the S-N line.
-      factors: partial factors of strength, on means, and of fatigue, on amplitudes.
-
-    Returns:
-      Miner's sum; infinite where a mean alone exceeds the strength.
+    Attributes:
+      tension, compression: [Pa] static strengths.
+      m: slope.
+      static, fatigue: partial factors of strength, on means, and of fatigue, on amplitudes.
     """
-    static, fatigue = factors
-    left = tension + compression - np.abs(2.0 * static * cycles.means - tension + compression)
+
+    tension: float
+    compression: float
+    m: float
+    static: float = 1.0
+    fatigue: float = 1.0
+
+
+def goodman_damage(cycles: Cycles, line: SnLine) -> float:
+    """Miner's sum of stress cycles [Pa] by a line that is shifted after Goodman (G-13, G-14).
+
+    It is infinite where a mean alone exceeds the strength.
+    """
+    both, difference = line.tension + line.compression, line.tension - line.compression
+    left = both - np.abs(2.0 * line.static * cycles.means - difference)
     if np.any(left <= 0.0):
         return float("inf")
-    return float(cycles.counts @ (fatigue * cycles.ranges / left) ** m)
+    return float(cycles.counts @ (line.fatigue * cycles.ranges / left) ** line.m)
 
 
 def bending_stiffness(ABD: NDArray[Any]) -> Float:
@@ -95,3 +104,14 @@ def critical_load(D: Float, width: float) -> float:
       width: [m] between the edges.
     """
     return float(2.0 * pi**2 / width**2 * (np.sqrt(D[0, 0] * D[1, 1]) + D[0, 1] + 2.0 * D[2, 2]))
+
+
+def wrinkling_load(membrane: float, thickness: float, E: float, G: float) -> float:
+    """Compression [N/m] at which a face wrinkles on a thick core (G-19).
+
+    Args:
+      membrane: [N/m] stiffness of the face, modulus times thickness.
+      thickness: [m] of the face.
+      E, G: [Pa] moduli of the core, through its thickness, and of shear between this and the load.
+    """
+    return float(0.5 * thickness * (membrane / thickness * E * G) ** (1.0 / 3.0))

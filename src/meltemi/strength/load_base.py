@@ -1,4 +1,4 @@
-"""Fatigue of tower welds over the lifetime of a load base, from the cycles that its cases keep (G-6).
+"""Tower welds and plies of blades from a load base: the cycles that its cases keep, and its design loads (G-6, G-25).
 
 Reference: docs/theory/strength.md.
 """
@@ -6,25 +6,55 @@ Reference: docs/theory/strength.md.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.loads.loadbase.campaign import read_campaign
-from meltemi.loads.loadbase.coverage import lost_shares, read_results, shared_repetitions
+from meltemi.loads.loadbase.coverage import Results, lost_shares, read_results, shared_repetitions
 from meltemi.loads.loadbase.interfaces import TURNED, Interface, interfaces_of, stations
 from meltemi.loads.loadbase.plan import plan as plan_of
+from meltemi.loads.loadbase.settings import STANDARD
 from meltemi.loads.loadbase.signals import rose_channel
+from meltemi.loads.loadbase.ultimate import Evaluation, blade_groups, runs_of, ultimate_tables
 from meltemi.postprocess.cycles import Cycles, cycle_load, sum_cycles
-from meltemi.strength.welds import Weld, WeldFatigue, WeldPlan, curve_of, judged, station_welds, tube_of
+from meltemi.postprocess.extremes import COMPONENTS
+from meltemi.sections.layup import Layup
+from meltemi.strength.criteria import SnLine, goodman_damage
+from meltemi.strength.plies import BladeStrength, StationLoads, judged_blade, section_axes
+from meltemi.strength.tube import buckling_utilisation
+from meltemi.strength.welds import SIX, Weld, WeldFatigue, WeldPlan, curve_of, judged, station_welds, tube_of
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.library import load_turbine
 from meltemi.turbine.power_turbine import aeroelastic
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 Float = NDArray[np.float64]
+
+
+def _opened(folder: str | Path) -> tuple[Results, Turbine, list[str]]:
+    """Results and turbine of a load base, and warnings of missing cases of fatigue."""
+    planned = plan_of(read_campaign(folder))
+    results = read_results(planned, folder)
+    warnings = [
+        f"{row}: {100.0 * share:.0f} % of its occurrences have no results: damage is too small"
+        for row, share in lost_shares(results).items()
+        if share > 0.0
+    ]
+    return results, aeroelastic(load_turbine(planned.campaign.turbine), "meltemi stress"), warnings
+
+
+def _ultimate(results: Results, interfaces: Sequence[Interface]) -> pd.DataFrame:
+    """Design loads of interfaces, those of all blades together: contemporaneous, with the factors of their cases."""
+    evaluation = Evaluation(results, runs_of(results), STANDARD.extrapolation, 1, [])
+    return ultimate_tables(evaluation, interfaces, results.plan.table.factors.favourable)[0]
 
 
 def tower_interfaces(turbine: Turbine) -> dict[float, Interface]:
@@ -38,11 +68,12 @@ def tower_interfaces(turbine: Turbine) -> dict[float, Interface]:
 def base_weld_fatigue(
     folder: str | Path, plan: WeldPlan | None = None, *, turbine: Turbine | None = None, factors: str | None = None
 ) -> tuple[list[WeldFatigue], list[str]]:
-    """Fatigue of tower welds over the lifetime of a load base, from bending alone (G-6).
+    """Fatigue of tower welds over the lifetime of a load base, from bending alone (G-6), and buckling of the shell.
 
-    At the tower base damage is evaluated in directions of 30 degrees; elsewhere, where a base has cycles of the two
-    components only, fore-aft and side-to-side. A weld between stations has the cycles of the one below, with ranges by
-    which the equivalent load is linear between both, which is too much where their loads are out of step.
+    Damage is evaluated in directions of 30 degrees; in bases that have cycles of two components at a station,
+    fore-aft and side-to-side. A weld between stations has the cycles of the one below, with ranges by which the
+    equivalent load is linear between both, which is too much where their loads are out of step; buckling has the design
+    loads of the one below.
 
     Args:
       folder: folder of the load base.
@@ -56,25 +87,16 @@ def base_weld_fatigue(
     Raises:
       InputError: there is no such base, or it has no results of fatigue.
     """
-    planned = plan_of(read_campaign(folder))
-    own = aeroelastic(load_turbine(planned.campaign.turbine), "meltemi stress")
-    results, known, years = read_results(planned, folder), tower_interfaces(own), planned.campaign.years
-    plan, parts, repetitions = (
-        station_welds(known, plan, factors),
-        defaultdict[str, list[Cycles]](list),
-        shared_repetitions(results),
-    )
+    results, own, warnings = _opened(folder)
+    known, years, repetitions = tower_interfaces(own), results.plan.campaign.years, shared_repetitions(results)
+    plan, parts = station_welds(known, plan, factors), defaultdict[str, list[Cycles]](list)
     angles = {rose_channel(each, a): a for each in known.values() for a in (0, 90, *TURNED)}
     for channel, names, codes, cycles in results.store.cycles(results.keys) if results.present else ():
         if channel in angles:
             weight = np.array([repetitions.get(name, 0.0) for name in names])[codes]
             parts[channel].append(cycles._replace(counts=weight * cycles.counts))
     counted = {channel: sum_cycles(each, means=False) for channel, each in parts.items()}
-    warnings = [
-        f"{row}: {100.0 * share:.0f} % of its occurrences have no results: damage is too small"
-        for row, share in lost_shares(results).items()
-        if share > 0.0
-    ]
+    extremes = _ultimate(results, list(known.values()))
     found = []
     for weld in plan.welds:
         tube, words = tube_of(weld, turbine or own)
@@ -87,8 +109,11 @@ def base_weld_fatigue(
         stresses = [
             Cycles(c.ranges / tube.modulus, c.means / tube.modulus, c.counts) for c in (moments[a] for _, a in places)
         ]
-        at = np.radians([place for place, _ in places])
-        found.append(judged(weld, tube, plan, at, stresses, years, float("nan"), loads_at))
+        each = judged(weld, tube, plan, np.radians([place for place, _ in places]), stresses, years, loads_at)
+        if (below := known[loads_at[0]].name) in extremes.index:
+            loads = dict(zip(SIX, extremes.loc[below, list(COMPONENTS)].to_numpy(float).T, strict=True))
+            each = replace(each, buckling=buckling_utilisation(loads, tube, own.tower.length, plan.shell))
+        found.append(each)
     return found, warnings
 
 
@@ -114,3 +139,89 @@ def moments_at(
         ratio = ((1.0 - share) * loads[0] + share * loads[1]) / load if load > 0.0 else 0.0
         moments[a] = Cycles(ratio * source.ranges, ratio * source.means, source.counts)
     return moments, (low, high)
+
+
+class _CountedLoad(NamedTuple):
+    """Cycles of a load in all cases of the lifetime, their case (n,), and means (cases,) of the load."""
+
+    cycles: Cycles
+    codes: NDArray[np.intp]
+    means: Float
+
+
+def base_blade_strength(
+    folder: str | Path, layup: Layup, *, turbine: Turbine | None = None, factors: str = "iec61400-5"
+) -> BladeStrength:
+    """Strength of plies, spar caps and sandwich faces at the blade stations of a load base, the worst of all blades.
+
+    Ultimate loads are the design loads of a station: contemporaneous loads of the 14 instants at which a load or
+    resultant is extreme, with the factors of their design load cases. Fatigue has the cycles of the six loads of all
+    cases with their occurrences; since a base does not keep when they occur, their damages are added as if in phase,
+    which is an upper bound (G-25). The root is not judged: its loads are kept in axes that do not pitch.
+
+    Args:
+      folder: folder of the load base.
+      layup: layup of the blade.
+      turbine: with another blade than that of the base, of the same length.
+      factors: name of partial factors of materials.
+
+    Raises:
+      InputError: there is no such base, it has no ultimate loads, or the layup is of another blade.
+    """
+    results, own, warnings = _opened(folder)
+    own = turbine or own
+    every = [each for each in interfaces_of(own) if each.name.startswith("blade_station_")]
+    points = blade_groups(every)
+    counted, extremes = _counted(results, every), _ultimate(results, every)
+    if not len(extremes):
+        raise InputError(f"{folder}: no ultimate loads: 'meltemi loads run' simulates their cases")
+    cases = extremes["case"].unique()
+
+    def of_station(place: float, name: str) -> StationLoads:
+        turn, rows = section_axes(own, place), extremes.loc[name]
+        loads, time = rows[list(COMPONENTS)].to_numpy(float) @ turn.T, rows["time"].to_numpy(float)
+        mine = [np.flatnonzero(rows["case"] == case) for case in cases]
+        none = np.full(1, np.nan), np.zeros((1, len(SIX)))  # no load is extreme here in this case
+        each = [(time[i], loads[i]) if len(i) else none for i in mine]
+
+        def damage(unit: Float, line: SnLine) -> float:
+            stress, worst = turn.T @ unit, 0.0
+            for blade in points[name]:
+                found = [counted[channel] for channel in blade.channels if channel in counted]
+                if len(found) == len(SIX):
+                    means = np.stack([each.means for each in found], axis=1) * stress
+                    total = 0.0
+                    for k, (cycles, codes, _) in enumerate(found):
+                        middle = stress[k] * cycles.means + (means.sum(axis=1) - means[:, k])[codes]
+                        part = Cycles(abs(stress[k]) * cycles.ranges, middle, cycles.counts)
+                        total += goodman_damage(part, line) ** (1.0 / line.m)
+                    worst = max(worst, total**line.m)
+            return worst
+
+        return StationLoads(place, [at for at, _ in each], [load for _, load in each], damage)
+
+    found = judged_blade(own, layup, factors, map(of_station, stations(own)[0], points), tuple(map(str, cases)))
+    return replace(found, warnings=(*warnings, *found.warnings))
+
+
+def _counted(results: Results, interfaces: Sequence[Interface]) -> dict[str, _CountedLoad]:
+    """Cycles of the channels of interfaces in the lifetime, case by case."""
+    wanted = {channel for each in interfaces for channel in each.channels}
+    repetitions = shared_repetitions(results)
+    place = {name: i for i, name in enumerate(repetitions)}
+    parts = defaultdict[str, list[tuple[Cycles, NDArray[np.intp]]]](list)
+    for channel, names, codes, cycles in results.store.cycles(results.keys) if results.present else ():
+        if channel in wanted:
+            weight, at = (np.array([of.get(name, 0) for name in names])[codes] for of in (repetitions, place))
+            kept = weight > 0.0
+            cycles = cycles._replace(counts=weight * cycles.counts)
+            parts[channel].append((Cycles(*(each[kept] for each in cycles)), at[kept]))
+    means = results.table("statistics", sorted(wanted)).pivot(index="channel", columns="case", values="mean")
+    return {
+        channel: _CountedLoad(
+            Cycles(*map(np.concatenate, zip(*(cycles for cycles, _ in each), strict=True))),
+            np.concatenate([codes for _, codes in each]),
+            means.loc[channel, list(place)].to_numpy(float),
+        )
+        for channel, each in parts.items()
+    }

@@ -1,4 +1,4 @@
-"""Tubular towers: diameter and wall from a turbine's description, and nominal stresses of the shell (G-1 to G-3).
+"""Tubular towers: diameter and wall from a turbine's description, stresses (G-1 to G-3) and buckling (G-20 to G-24).
 
 Reference: docs/theory/strength.md.
 """
@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import pi
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from meltemi.core.errors import InputError
+from meltemi.core.record import Record
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
@@ -21,6 +23,9 @@ STEEL = 210e9
 """[N/m^2] Young's modulus by which the wall follows from the bending stiffness."""
 DENSITIES = (7500.0, 9200.0)
 """[kg/m^3] least and largest density of a steel tower; 8500 has paint, bolts, welds and flanges in it."""
+
+QUALITY = {"A": 40.0, "B": 25.0, "C": 16.0}
+"""Fabrication quality parameters (EN 1993-1-6, table D.2)."""
 
 
 class Tube(NamedTuple):
@@ -107,3 +112,57 @@ def shear_stress(loads: Mapping[str, Float], tube: Tube) -> float:
     force = np.hypot(loads.get("force_x", 0.0), loads.get("force_y", 0.0))
     torsion = np.abs(np.asarray(loads.get("moment_z", 0.0))) / (2.0 * tube.modulus)
     return float(np.max(2.0 * force / tube.area + torsion))
+
+
+class Shell(Record):
+    """Shell of a tower between its stiffeners, for buckling after EN 1993-1-6."""
+
+    strength: float = Field(default=345e6, ge=200e6, le=700e6)
+    """[N/m^2; 235e6 to 460e6] yield stress; 345 MPa is that of S355 up to 40 mm."""
+    length: float | None = Field(default=None, gt=0.1, lt=500.0)
+    """[m; 10 to 150] between flanges or ring stiffeners; by default the whole tower."""
+    quality: Literal["A", "B", "C"] = "B"
+    """Fabrication tolerance quality class: A excellent, B high, C normal."""
+    factor: float = Field(default=1.1, ge=1.0, le=2.0)
+    """Partial factor [-; 1.1 to 1.2] of the resistance to buckling."""
+
+
+def buckling_stress(tube: Tube, length: float, shell: Shell, share: float) -> float:
+    """Characteristic buckling stress [N/m^2] of a cylinder under compression along its axis (G-21 to G-24).
+
+    Args:
+      tube: the section.
+      length: [m] between stiffeners.
+      shell: yield stress and quality.
+      share: part of bending in the compression.
+    """
+    slender = 0.5 * (tube.diameter - tube.thickness) / tube.thickness
+    omega, squash = length / (np.sqrt(slender) * tube.thickness), 0.2
+    if omega <= 1.7:
+        C = 1.36 - 1.83 / omega + 2.07 / omega**2
+    else:
+        C = float(np.clip(1.0 + 0.2 * (1.0 - 2.0 * omega / slender), 0.6, 1.0))
+        if omega > 0.5 * slender and omega <= 6.0 * slender and slender <= 150.0 and STEEL / shell.strength >= 500.0:
+            C, squash = share + (1.0 - share) * C, 0.2 + 0.1 * share
+    reduced = 0.62 / (1.0 + 1.91 * (np.sqrt(slender) / QUALITY[shell.quality]) ** 1.44)
+    slenderness, plastic = np.sqrt(shell.strength / (0.605 * STEEL * C / slender)), np.sqrt(reduced / 0.4)
+    if slenderness >= plastic:
+        return float(shell.strength * reduced / slenderness**2)
+    return float(shell.strength * min(1.0 - 0.6 * (slenderness - squash) / (plastic - squash), 1.0))
+
+
+def buckling_utilisation(loads: Mapping[str, Float], tube: Tube, length: float, shell: Shell) -> float:
+    """Largest compression of the shell under loads with their factor, over its resistance (G-20).
+
+    Args:
+      loads: see :func:`shell_stresses`.
+      tube: the section.
+      length: [m] between stiffeners, unless the shell gives it.
+      shell: yield stress, quality, partial factor.
+    """
+    bending = np.hypot(loads["moment_x"], loads["moment_y"]) / tube.modulus
+    stress = bending - np.asarray(loads.get("force_z", 0.0)) / tube.area
+    worst = int(stress.argmax())
+    share = min(float(bending[worst] / max(stress[worst], 1e-9)), 1.0)
+    resistance = buckling_stress(tube, shell.length or length, shell, share) / shell.factor
+    return max(float(stress[worst]), 0.0) / resistance

@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 MOST = 6
 """Largest number of welds whose damage is drawn over the direction: those with the largest one."""
-SHORT = ("weld", "category", "wall [mm]", "direction [deg]", "DEL 1 Hz [MPa]", "damage", "life [years]", "utilisation")
+SHORT = ("weld", "category", "wall [mm]", "direction [deg]", "DEL 1 Hz [MPa]", "damage", "life [years]", "buckling")
 LEAST = 1e-12
 """Least damage that is drawn."""
 BOX = {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85}
 """Behind names."""
 HEAD = (
     "weld,category,height [m],diameter [m],wall [mm],direction [deg],DEL 1 Hz [MPa],shear [MPa],damage,life [years],"
-    "utilisation,loads at [m]"
+    "utilisation,buckling,loads at [m]"
 ).split(",")
 
 
@@ -34,17 +34,16 @@ def weld_rows(welds: Sequence[WeldFatigue]) -> Rows:
     """Header and rows of the fatigue of welds.
 
     The direction is that of the worst place, from downwind to the left; the DEL has the curve's first slope, stress
-    concentration and factors in it; shear is the largest nominal shear stress; life is that to a utilisation of 1.
+    concentration and factors in it; shear is the largest nominal shear stress; life is that to a utilisation of 1;
+    buckling is the utilisation of the shell in compression.
     """
     rows = []
     for w in welds:
         shown = (w.weld.height, w.tube.diameter, 1e3 * w.tube.thickness, degrees(w.worst), 1e-6 * w.load)
-        judged = (
-            "" if np.isnan(w.shear) else number(1e-6 * w.shear),
-            *map(number, (w.damage.max(), w.life, w.utilisation)),
-        )
+        judged = (1e-6 * w.shear, w.damage.max(), w.life, w.utilisation, w.buckling)
+        values = ["" if np.isnan(v) else number(v) for v in (*shown, *judged)]
         at = " and ".join(f"{h:.4g}" for h in w.loads_at)
-        rows.append([name_of(w), f"{w.weld.category}, {w.weld.environment}", *map(number, shown), *judged, at])
+        rows.append([name_of(w), f"{w.weld.category}, {w.weld.environment}", *values, at])
     return list(HEAD), rows
 
 
@@ -71,7 +70,8 @@ def plot_welds(welds: Sequence[WeldFatigue], title: str = "") -> Figure:
         note(tall, f"{name_of(w)}: {w.weld.category}", at, (7, -2), color=look["color"], bbox=BOX, zorder=2)
         if j < MOST:
             x = np.degrees(np.append(w.angles, w.angles[0] + 2.0 * np.pi))
-            around.semilogy(x, np.maximum(np.append(w.damage, w.damage[0]), LEAST), **look)
+            line = {} if len(w.angles) > 4 else {"linestyle": ""}  # four directions say nothing of those between
+            around.semilogy(x, np.maximum(np.append(w.damage, w.damage[0]), LEAST), **look | line)
     used = [max(w.utilisation, LEAST) for w in welds]
     tall.set_xscale("log")
     tall.set_xlim(0.5 * min(*used, 0.2), 4.0 * max(*used, 1.0))

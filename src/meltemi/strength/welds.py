@@ -8,8 +8,9 @@ S-N curves are those of :mod:`meltemi.postprocess.sn`, cycles those of the proje
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
+from math import inf, nan
 from pathlib import Path
 from typing import Self
 
@@ -25,7 +26,7 @@ from meltemi.loads.energy import YEAR
 from meltemi.postprocess.cycles import Cycles, cycle_load, rainflow_cycles, sum_cycles
 from meltemi.postprocess.sn import Curve, Environment, sn_curve
 from meltemi.simulation.result import Result
-from meltemi.strength.tube import Tube, shear_stress, shell_stresses, tube_at
+from meltemi.strength.tube import Shell, Tube, buckling_utilisation, shear_stress, shell_stresses, tube_at
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
@@ -75,6 +76,8 @@ class WeldPlan(Record):
     factors: str | FatigueFactors = "none"
     """Name of partial factors, such as iec61400-1-ed4, or factors."""
     welds: tuple[Weld, ...] = Field(min_length=1)
+    shell: Shell = Shell()
+    """For buckling of the shell at the welds."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -131,10 +134,12 @@ class WeldFatigue(Brief):
       damage: (A,) damage of the lifetime with the factor on stress, without the design fatigue factor.
       cycles: stress cycles [N/m^2] of the lifetime at the worst place, with all factors.
       load: [N/m^2] damage-equivalent range of 1 Hz of these cycles, for the first slope of the curve.
-      shear: [N/m^2] largest shear stress; NaN where it is not known.
       life: [years] to a damage of 1 over the design fatigue factor.
       utilisation: damage times the design fatigue factor.
       loads_at: [m] heights of the stations whose loads were taken.
+      shear: [N/m^2] largest shear stress; NaN where it is not known.
+      buckling: largest compression of the shell with the factors of loads over its resistance; NaN without ultimate
+        loads.
     """
 
     weld: Weld
@@ -144,10 +149,11 @@ class WeldFatigue(Brief):
     damage: Float
     cycles: Cycles = field(repr=False)
     load: float
-    shear: float
     life: float
     utilisation: float
     loads_at: tuple[float, ...]
+    shear: float = nan
+    buckling: float = nan
 
     @property
     def worst(self) -> float:
@@ -254,8 +260,9 @@ def weld_fatigue(
     years: float = 20.0,
     stations: Sequence[float] | None = None,
     factors: str | None = None,
+    load_factor: float = 1.35,
 ) -> tuple[list[WeldFatigue], list[str]]:
-    """Fatigue of tower welds over a lifetime that consists of the series of results (G-2 to G-5).
+    """Fatigue of tower welds over a lifetime that consists of the series of results (G-2 to G-5), and buckling there.
 
     Args:
       results: results with bending moments of the tower.
@@ -265,6 +272,7 @@ def weld_fatigue(
       years: design lifetime [years].
       stations: see :func:`tower_loads`.
       factors: name of partial factors, in place of those of the plan.
+      load_factor: partial factor of the loads for buckling; fatigue has 1.
 
     Returns:
       fatigue of each weld, and warnings.
@@ -284,7 +292,9 @@ def weld_fatigue(
         counted = [[rainflow_cycles(s[a]) for s in stresses] for a in range(len(angles))]
         cycles = [sum_cycles(parts, [*repeated]) for parts in counted]
         shear = max(shear_stress(each, tube) for each, _ in loads)
-        found.append(judged(weld, tube, plan, angles, cycles, years, shear, loads[0][1]))
+        buckling = load_factor * max(buckling_utilisation(x, tube, turbine.tower.length, plan.shell) for x, _ in loads)
+        weld_of = judged(weld, tube, plan, angles, cycles, years, loads[0][1])
+        found.append(replace(weld_of, shear=shear, buckling=buckling))
     return found, warnings
 
 
@@ -308,7 +318,6 @@ def judged(
     angles: Float,
     cycles: Sequence[Cycles],
     years: float,
-    shear: float,
     loads_at: tuple[float, ...],
 ) -> WeldFatigue:
     """Damage and life of a weld from the cycles of nominal stress [N/m^2] of its lifetime at each place (G-4, G-5)."""
@@ -317,5 +326,5 @@ def judged(
     damage = np.array([curve.damage(c, tube.thickness) for c in raised])
     use, worst = factors.damage * float(damage.max()), raised[int(damage.argmax())]
     load = cycle_load(worst, slope=curve.m[0], reference=years * YEAR)
-    life = years / use if use > 0.0 else float("inf")
-    return WeldFatigue(weld, tube, curve, angles, damage, worst, load, shear, life, use, loads_at)
+    life = years / use if use > 0.0 else inf
+    return WeldFatigue(weld, tube, curve, angles, damage, worst, load, life, use, loads_at)

@@ -13,7 +13,6 @@ from meltemi.sections.blade import section_matrices as section_matrices
 from meltemi.sections.elements import finite_element_section as finite_element_section
 from meltemi.sections.layup import Layup as Layup
 from meltemi.sections.properties import centres_of as centres_of
-from meltemi.sections.recovery import ply_states as ply_states
 from meltemi.sections.thin_walled import thin_walled_section as thin_walled_section
 from meltemi.studies.scaling.tower_frequency import scale_turbine as scale_turbine
 from meltemi.studies.scaling.typical import ComponentMasses as ComponentMasses

@@ -64,9 +64,9 @@ def interfaces_of(turbine: Turbine) -> tuple[Interface, ...]:
     turning = (*thrust, "shaft_rotating_force_y", "shaft_rotating_force_z", *torque, "shaft_moment_y", "shaft_moment_z")
     interfaces.append(Interface("hub_fixed", fixed, "yz", speed="rotor_speed"))
     interfaces.append(Interface("hub_rotating", turning, "yz"))
-    interfaces.append(Interface("yaw_bearing", six("yaw")))
+    interfaces.append(Interface("yaw_bearing", six("yaw"), rose=True))
     tower = [f"tower_station_{n}" for n in range(1, len(TOWER_STATIONS) + 1)]
-    interfaces += [Interface(name, six(name)) for name in tower]
+    interfaces += [Interface(name, six(name), rose=True) for name in tower]
     base = six("tower_base", names=(*SIX[:3], "moment_side_side", "moment_fore_aft", "moment_torsion"))
     interfaces.append(Interface("tower_base", base, rose=True))
     if turbine.support is not None:
