@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, pi, prod, radians
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from synthetic_base import small_plan, synthetic_base
 
 from meltemi import InputError, Result, load_turbine
+from meltemi.loads.loadbase.campaign import write_campaign
+from meltemi.loads.loadbase.coverage import read_results, shared_repetitions
+from meltemi.loads.loadbase.plan import PlannedCase
 from meltemi.postprocess.cycles import Cycles, rainflow_cycles
 from meltemi.sections.layup import Layer, Layup, Material, Ply, Section, Shape, Web, WebLine
 from meltemi.sections.thin_walled import thin_walled_section
@@ -22,6 +28,7 @@ from meltemi.strength.criteria import (
     stress_indices,
     tsai_wu_index,
 )
+from meltemi.strength.load_base import base_blade_strength
 from meltemi.strength.plies import (
     ROOT,
     StationLoads,
@@ -30,6 +37,7 @@ from meltemi.strength.plies import (
     blade_strength,
     panel_strength,
     wall_forces,
+    wrinkling,
 )
 
 STEEL: dict[str, Any] = {
@@ -63,6 +71,7 @@ GLASS: dict[str, Any] = {
     "fatigue_exponent": 10.0,
 }
 UD = Material(**GLASS)
+SHEAR, NU = ("G12", "G13", "G23"), dict.fromkeys(("nu12", "nu13", "nu23"), 0.3)
 NREL = load_turbine("nrel5mw")
 KNOWN = catalogue(ChannelSet(blade_stations=2))
 
@@ -276,3 +285,102 @@ def test_plates_of_unsymmetric_laminates_bend_about_their_neutral_plane() -> Non
     A, B, D = np.diag([2.0, 2.0, 1.0]), np.diag([1.0, 0.0, 0.0]), np.diag([3.0, 3.0, 1.0])
     assert bending_stiffness(np.block([[A, B], [B, D]]))[0, 0] == pytest.approx(3.0 - 0.5)
     assert WebLine("w", 0.1, 0.9).start == 0.1
+
+
+def test_faces_of_sandwiches_wrinkle() -> None:
+    """Axial compression of a tube: the force of a face by its share of the stiffness, Hoff's critical stress."""
+    foam = Material(density=130.0, **dict.fromkeys(("E1", "E2", "E3"), 130e6), **dict.fromkeys(SHEAR, 50e6), **NU)
+    plies = (Ply("outside", "m", 0.003, 0.0), Ply("core", "foam", 0.03, 0.0), Ply("inside", "m", 0.003, 0.0))
+    model = thin_walled_section(Section("tube", ring(1.0), plies, (), {"m": UD, "foam": foam}))
+    loads = np.zeros((3, 6))
+    loads[:, 2] = 0.0, -2e6, 1e6
+    at = StationLoads(0.0, [np.arange(3.0)], [loads], lambda *_: 0.0)
+    found = wrinkling(at, model, model.states(), 1.5)
+    assert [(x.mode, x.where) for x in found] == [
+        ("wrinkling", "suction side, core"),
+        ("wrinkling", "pressure side, core"),
+    ]
+    stress = 0.5 * (44e9 * 130e6 * 50e6) ** (1.0 / 3.0)
+    for x in found:
+        assert x.critical == pytest.approx(0.003 * stress)
+        assert x.load == pytest.approx(2e6 * 44e9 * 0.003 / model.stiffness[2, 2].real, rel=2e-3)
+        assert (x.index, x.time) == (pytest.approx(1.5 * x.load / x.critical), 1.0)
+    turned = (plies[0], Ply("core", "foam", 0.03, radians(30.0)), plies[2])
+    both = replace(model.section, plies=turned, materials={"m": UD, "foam": foam.replace(G23=20e6)})
+    other = thin_walled_section(both)
+    ratio = (1.0 / (0.75 + 0.25 * 50.0 / 20.0)) ** (1.0 / 3.0)
+    assert wrinkling(at, other, other.states(), 1.5)[0].critical == pytest.approx(0.003 * ratio * stress)
+    plain = thin_walled_section(tube(UD))
+    assert wrinkling(at, plain, plain.states(), 1.5) == []
+
+
+def test_fatigue_across_the_fibres() -> None:
+    """Fibres round a tube: bending stresses it across them; without a slope there is no damage."""
+    given = GLASS | {"across_exponent": 8.0}
+    wave = 1e5 * np.sin(2.0 * pi * 0.1 * np.linspace(0.0, 100.0, 1001))
+    result, turbine = run_of({4: wave})
+    round_ = layup_of(given)
+    round_ = round_.replace(layers=(round_.layers[0].replace(angle=0.5 * pi), *round_.layers[1:]))
+    found = blade_strength([result], turbine, round_, factors="iec61400-5", years=1.0)
+    gamma = blade_factors()["iec61400-5"]
+    stress = thin_walled_section(round_.section(0.0)).states().stress.real[:, 1, 4]
+    line = SnLine(50e6, 150e6, 8.0, prod(gamma.interfibre), prod(gamma.fatigue))
+    by_hand = 8760.0 * 36.0 * max(goodman_damage(rainflow_cycles(wave * s), line) for s in (stress.min(), stress.max()))
+    assert max(x.damage_across for x in found.layers) == pytest.approx(by_hand, rel=0.02)
+    assert found.warnings == ()
+    plain = blade_strength([result], turbine, layup_of(GLASS), factors="none")
+    assert all(np.isnan(x.damage_across) for x in plain.layers)
+
+
+# load bases -----------------------------------------------------------------------------------------------
+
+
+def test_plies_of_a_load_base(tmp_path: Path) -> None:
+    """Ultimate: the stress of the design loads; fatigue: damage of one load as by hand, of two as if in phase."""
+    strong = STEEL | {"Xt": 400e6, "Xc": 300e6, "Yt": 4e9, "Yc": 4e9, "S12": 1e9, "fatigue_exponent": 5.0}
+    planned, lag = small_plan(("1.2", "1.3")), {1: 0.0, 2: 0.5, 3: 0.0}
+
+    def series(case: PlannedCase, time: np.ndarray) -> dict[str, np.ndarray]:
+        load, found = 1e5 * case.variant.speed, {}
+        for n in lag:
+            for b in (1, 2, 3):  # blade 2 has the largest loads
+                size = load * (1.0 + 0.2 * (b == 2))
+                found[f"station_{n}_moment_y_{b}"] = size * (1.0 + np.cos(pi * time))
+                found[f"station_{n}_moment_x_{b}"] = size * (n > 1) * np.cos(pi * (time - lag[n]))
+        return found
+
+    write_campaign(planned.campaign, tmp_path)
+    synthetic_base(tmp_path, planned, series)
+    found = base_blade_strength(tmp_path, layup_of(strong), factors="none", turbine=run_of({})[1])
+    assert sorted(found.points) == pytest.approx([0.25 * NREL.blade.length, 0.5 * NREL.blade.length, 46.125])
+    states = thin_walled_section(layup_of(strong).section(0.25)).states()
+    first, second, third = (x for x in found.layers if x.layer == "wall")
+    cases = {case.name: case for case in read_results(planned, tmp_path).present}
+    fastest = max(case.variant.speed for case in cases.values() if case.row == "1.3")
+    top = 1.35 * 2.4e5 * fastest
+    unit = states.stress.real[:, 0, 4]
+    assert first.stress == pytest.approx(top * max(unit.max() / 400e6, -unit.min() / 300e6), rel=1e-6)
+    assert cases[found.names[first.result]].row == "1.3"
+    repeated = shared_repetitions(read_results(planned, tmp_path))
+
+    def damage(n: int, of: np.ndarray) -> float:
+        """At station n, of moments x and y by unit stresses."""
+        total = 0.0
+        for name, repetitions in repeated.items():
+            time = 0.05 * np.arange(round(cases[name].duration / 0.05) + 1)
+            loads = series(cases[name], time)
+            stress = sum(s * loads[f"station_{n}_moment_{c}_2"] for s, c in zip(of, "xy", strict=True))
+            total += repetitions * goodman_damage(rainflow_cycles(stress), SnLine(400e6, 300e6, 5.0))
+        return total
+
+    def worst(n: int, station: float) -> float:
+        stress = thin_walled_section(layup_of(strong).section(station)).states().stress.real[:, 0, 3:5]
+        return max(damage(n, s) for s in stress[:: max(len(stress) // 200, 1)])
+
+    assert first.damage == pytest.approx(max(damage(1, np.array([0.0, s])) for s in (unit.min(), unit.max())), rel=0.02)
+    assert third.damage == pytest.approx(worst(3, 0.75), rel=0.05)  # in phase
+    apart = worst(2, 0.5)
+    assert apart < second.damage < 1.3 * apart
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="no load base"):
+        base_blade_strength(tmp_path / "empty", layup_of(strong))

@@ -20,7 +20,7 @@ from meltemi.postprocess.cycles import Cycles
 from meltemi.postprocess.sn import editions, sn_curve
 from meltemi.simulation.channels import ChannelSet, catalogue
 from meltemi.strength.load_base import base_weld_fatigue, moments_at, tower_interfaces
-from meltemi.strength.tube import Tube, shear_stress, shell_stresses, tube_at
+from meltemi.strength.tube import Shell, Tube, buckling_stress, shear_stress, shell_stresses, tube_at
 from meltemi.strength.welds import Weld, WeldPlan, read_welds, weld_fatigue
 
 KNOWN = catalogue(ChannelSet(tower_stations=3))
@@ -196,7 +196,7 @@ def test_loads_between_stations() -> None:
     loads = np.array([each.load for each in found])
     assert loads / loads[0] == pytest.approx([1.0, 0.875, 0.5, 0.5])
     assert [each.loads_at for each in found] == [(0.0,), (0.0, 40.0), (40.0,), (40.0,)]
-    with pytest.raises(InputError, match="height of tower station 1 is not known"):
+    with pytest.raises(InputError, match="place of tower station 1 is not known"):
         weld_fatigue([result_of(series)], NREL, plan)
     with pytest.raises(InputError, match="no bending moments of the tower"):
         weld_fatigue([result_of({"tower_base_force_z": wave(1.0)})], NREL)
@@ -269,3 +269,50 @@ def test_lines_of_the_eurocode_meet() -> None:
         curve = known["air"]
         knee = [(a - log10(curve.knee)) / m for a, m in zip(curve.log_a, curve.m, strict=True)]
         assert knee[0] == pytest.approx(knee[1], abs=1e-5), name
+
+
+# buckling of the shell ------------------------------------------------------------------------------------
+
+
+def test_buckling_stress_of_the_shell() -> None:
+    """EN 1993-1-6, annex D by hand: a medium cylinder in its plastic range, and one that buckles elastically."""
+    tube, steel = Tube(4.02, 0.02), Shell(strength=355e6, quality="B")
+    r = 2.0
+    critical = 0.605 * 210e9 / (r / 0.02)  # C_x = 1: 1.7 < omega = 5 / 0.2 = 25 < 50
+    slenderness = np.sqrt(355e6 / critical)
+    reduced = 0.62 / (1.0 + 1.91 * (np.sqrt(100.0) / 25.0) ** 1.44)
+    chi = 1.0 - 0.6 * (slenderness - 0.2) / (np.sqrt(reduced / 0.4) - 0.2)
+    assert slenderness < np.sqrt(reduced / 0.4)
+    assert buckling_stress(tube, 5.0, steel, 0.0) == pytest.approx(chi * 355e6, rel=1e-12)
+    assert buckling_stress(tube, 5.0, steel, 1.0) == buckling_stress(tube, 5.0, steel, 0.0)
+    thin = Tube(4.004, 0.004)
+    elastic = 0.62 / (1.0 + 1.91 * (np.sqrt(500.0) / 25.0) ** 1.44) * 0.605 * 210e9 / 500.0
+    assert buckling_stress(thin, 5.0, steel, 0.0) == pytest.approx(elastic, rel=1e-12)
+    # long: C_x = 1 + 0.2 (1 - 2 omega t / r) of axial force, 1 of bending with a longer plateau
+    assert buckling_stress(tube, 20.0, steel, 0.0) < buckling_stress(tube, 12.0, steel, 0.0) < chi * 355e6
+    assert buckling_stress(tube, 20.0, steel, 1.0) > chi * 355e6
+    # short: more than a medium one; quality
+    assert buckling_stress(tube, 0.2, steel, 0.0) > buckling_stress(tube, 5.0, steel, 0.0)
+    by_class = [buckling_stress(tube, 5.0, steel.replace(quality=q), 0.0) for q in "ABC"]
+    assert by_class == sorted(by_class, reverse=True)
+    for stress in (buckling_stress(Tube(4.0, 0.2), 2.0, steel, 0.5), buckling_stress(Tube(1.0, 0.1), 2.0, steel, 1.0)):
+        assert stress == pytest.approx(355e6)  # stocky shells yield
+
+
+def test_utilisation_of_the_shell() -> None:
+    series = {**dict(zip(MOMENTS, (wave(80e6), wave(60e6)), strict=True)), "tower_base_force_z": wave(0.0, -6e6)}
+    weld = {"height": 0.0, "diameter": 6.0, "thickness": 0.0351}
+    plan = WeldPlan(welds=(Weld(**weld),), shell=Shell(length=20.0))
+    tube = Tube(6.0, 0.0351)
+    stress = 100e6 / tube.modulus + 6e6 / tube.area
+    share = 100e6 / tube.modulus / stress
+
+    def buckling(plan: WeldPlan, **settings: float) -> float:
+        return weld_fatigue([result_of(series)], NREL, plan, **settings)[0][0].buckling
+
+    expected = 1.35 * stress * 1.1 / buckling_stress(tube, 20.0, plan.shell, share)
+    assert buckling(plan) == pytest.approx(expected, rel=1e-9)
+    assert buckling(plan, load_factor=1.0) == pytest.approx(expected / 1.35)
+    assert buckling(plan.replace(shell=Shell(length=20.0, factor=1.2))) == pytest.approx(1.2 / 1.1 * expected)
+    assert buckling(plan.replace(shell=Shell())) > buckling(plan)  # the whole tower
+    assert buckling(plan.replace(shell=Shell(length=20.0, strength=235e6))) > buckling(plan)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError
 from meltemi.sections.layup import Section
-from meltemi.sections.properties import Energy, PlyStates, SectionModel, central_solution, mass_matrix
+from meltemi.sections.properties import PlyStates, SectionModel, assembled, central_solution, mass_matrix
 from meltemi.sections.thin_walled import check_web, far_apart
 from meltemi.sections.walls import Columns, Shell, at_arc, columns_of, depths
 
@@ -297,20 +297,11 @@ def material_axes(section: Section, mesh: Mesh) -> NDArray[np.float64]:
     angle = np.array([ply.angle for ply in section.plies])[mesh.ply]
     c, s = np.cos(angle), np.sin(angle)
     t = mesh.along.real
-    zero, one = np.zeros(len(t)), np.ones(len(t))
-    along = np.stack([t[:, 0], t[:, 1], zero], axis=1)
-    inward = np.stack([t[:, 1], -t[:, 0], zero], axis=1)
-    up = np.stack([zero, zero, one], axis=1)
-    axes = np.stack([c[:, None] * up + s[:, None] * along, c[:, None] * along - s[:, None] * up, inward], axis=1)
-    pairs = [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
-    T = np.empty((len(t), 6, 6))
-    for i, (p, q) in enumerate(pairs):
-        for j, (k, m) in enumerate(pairs):
-            both = axes[:, p, k] * axes[:, q, m]
-            if k != m:
-                both = 0.5 * (both + axes[:, p, m] * axes[:, q, k])
-            T[:, i, j] = both * (2.0 if p != q else 1.0)
-    return T
+    x, y, zero = t[:, 0], t[:, 1], np.zeros(len(t))
+    axes = np.stack([[s * x, s * y, c], [c * x, c * y, -s], [y, -x, zero]]).transpose(2, 0, 1)
+    p, q = np.array([(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]).T
+    one, two = axes[:, p], axes[:, q]
+    return np.where(p == q, 0.5, 1.0)[:, None] * (one[:, :, p] * two[:, :, q] + one[:, :, q] * two[:, :, p])
 
 
 def operators(mesh: Mesh, a: float, b: float) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers]:
@@ -349,50 +340,35 @@ def finite_element_section(section: Section, pieces: int = PIECES) -> SectionMod
     Raises:
       InputError: the section cannot be meshed; the message says why.
     """
-    from scipy.sparse import csr_matrix
-
     mesh = mesh_of(section, pieces)
-    n, count = len(mesh.elements), 3 * len(mesh.nodes)
     T = material_axes(section, mesh)
-    names = [ply.material for ply in section.plies]
-    Q = np.stack([section.materials[name].stiffness for name in names])[mesh.ply]
-    Q = T.transpose(0, 2, 1) @ Q @ T
-    density = np.array([section.materials[name].density for name in names])[mesh.ply]
-    kind = mesh.nodes.dtype
-    parts = {name: np.zeros((n, 24, 24), dtype=kind) for name in "ECM"}
-    r, ell = np.zeros((n, 24, 6), dtype=kind), np.zeros((n, 24, 6), dtype=kind)
-    A, first = np.zeros((6, 6), dtype=kind), np.zeros(6, dtype=kind)
-    ply_mass = np.zeros(len(section.plies), dtype=kind)
-    for a, wa in zip(POINTS, WEIGHTS, strict=True):
-        for b, wb in zip(POINTS, WEIGHTS, strict=True):
-            SZ, B, SN, area, (x, y) = (*(o := operators(mesh, a, b))[:4], o[4].T)
-            dA = wa * wb * area
-            Bt, St = B.transpose(0, 2, 1) * dA[:, None, None], SN.transpose(0, 2, 1) * dA[:, None, None]
-            QB, QS, QZ = Q @ B, Q @ SN, Q @ SZ
-            parts["E"] += Bt @ QB
-            parts["C"] += Bt @ QS
-            parts["M"] += St @ QS
-            r += Bt @ QZ
-            ell += St @ QZ
-            A += np.einsum("nki,nkj,n->ij", SZ, QZ, dA)
-            rho = density * dA
-            first += np.array([np.sum(rho * f) for f in (1.0, x, y, x * x, y * y, x * y)])
-            np.add.at(ply_mass, mesh.ply, rho)
-    dof = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(n, 24)
-    rows, cols = np.repeat(dof, 24, axis=1).ravel(), np.tile(dof, (1, 24)).ravel()
-    sparse = {name: csr_matrix((part.ravel(), (rows, cols)), shape=(count, count)) for name, part in parts.items()}
-    R, L = np.zeros((count, 6), dtype=kind), np.zeros((count, 6), dtype=kind)
-    np.add.at(R, dof, r)
-    np.add.at(L, dof, ell)
+    materials = [section.materials[ply.material] for ply in section.plies]
+    stiff = np.stack([material.stiffness for material in materials])[mesh.ply]
+    Q, density = T.transpose(0, 2, 1) @ stiff @ T, np.array([material.density for material in materials])[mesh.ply]
+    parts: dict[str, Any] = dict.fromkeys("ECMRLA", 0.0)
+    first: Any = 0.0
+    mass: Any = 0.0
+    for (a, wa), (b, wb) in itertools.product(zip(POINTS, WEIGHTS, strict=True), repeat=2):
+        SZ, B, SN, area, point = operators(mesh, a, b)
+        dA, (x, y) = wa * wb * area, point.T
+        Bt, St, Zt = (dA[:, None, None] * each.transpose(0, 2, 1) for each in (B, SN, SZ))
+        QB, QS, QZ = Q @ B, Q @ SN, Q @ SZ
+        products = (Bt @ QB, Bt @ QS, St @ QS, Bt @ QZ, St @ QZ, Zt @ QZ)
+        parts = {name: parts[name] + product for name, product in zip(parts, products, strict=True)}
+        rho = density * dA
+        first = first + np.stack([np.sum(rho * f) for f in (1.0, x, y, x * x, y * y, x * y)])
+        mass = mass + rho
+    ply_mass = np.zeros(len(section.plies), dtype=mesh.nodes.dtype)
+    np.add.at(ply_mass, mesh.ply, mass)
+    dof = (3 * mesh.elements[:, :, None] + np.arange(3)).reshape(len(mesh.elements), 24)
     i, j, k = far_apart(mesh.nodes.real)
     in_plane = 3 * j + int(abs(mesh.nodes[j, 0] - mesh.nodes[i, 0]) > abs(mesh.nodes[j, 1] - mesh.nodes[i, 1]))
     pins = np.array([3 * i, 3 * i + 1, 3 * i + 2, in_plane, 3 * j + 2, 3 * k + 2])
-    K, u_0, u_1, psi = central_solution(Energy(**sparse, R=R, L=L, A=A, pins=pins), section.name)
+    K, u_0, u_1, psi = central_solution(assembled(parts, dof, pins), section.name)
 
     def states() -> PlyStates:
         SZ, B, SN, _, point = operators(mesh, 0.0, 0.0)
         strain = T @ (SZ @ psi + B @ u_0[dof] + SN @ u_1[dof])
-        stiff = np.stack([section.materials[name].stiffness for name in names])[mesh.ply]
         return PlyStates(mesh.ply, mesh.column, point, strain, stiff @ strain)
 
     return SectionModel(section, K, mass_matrix(first), ply_mass, mesh, states)

@@ -18,7 +18,6 @@ def find_layup(name: str | Path, folder: Path | None = None) -> Layup:
     Raises:
       InputError: there is no such file, or it has no layup.
     """
-    from meltemi.core.yamlfile import parse, read_text, validated
     from meltemi.exchange.windio.layup import read_layup
     from meltemi.turbine.library import library_entries
     from meltemi.turbine.windio_package import windio_file
@@ -33,7 +32,4 @@ def find_layup(name: str | Path, folder: Path | None = None) -> Layup:
             having = ", ".join(each for each, other in known.items() if other.windio)
             raise InputError(f"layup: {name} of the library has no layup; {having} have one: give a file")
         return read_layup(windio_file(entry.windio, str(name)))
-    text = read_text(path)
-    if "components:" in text or '"components"' in text:
-        return read_layup(path)
-    return validated(parse(text, path, "a Layup"), Layup, str(path), text)
+    return read_layup(path)

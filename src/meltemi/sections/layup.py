@@ -9,7 +9,7 @@ side; arcs are fractions of its length, as in windIO. Layers are listed from the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Annotated, Any, Self
 
@@ -97,22 +97,12 @@ class Material(Record):
     """[Pa] strength along 2 in tension."""
     Yc: float | None = Field(default=None, gt=0.0)
     """[Pa] strength along 2 in compression."""
-    Zt: float | None = Field(default=None, gt=0.0)
-    """[Pa] strength along 3 in tension."""
-    Zc: float | None = Field(default=None, gt=0.0)
-    """[Pa] strength along 3 in compression."""
     S12: float | None = Field(default=None, gt=0.0)
     """[Pa] strength in shear in the plane of the layer."""
-    S13: float | None = Field(default=None, gt=0.0)
-    """[Pa]"""
-    S23: float | None = Field(default=None, gt=0.0)
-    """[Pa]"""
     fatigue_exponent: float | None = Field(default=None, gt=1.0)
     """Wöhler exponent along the fibres."""
     across_exponent: float | None = Field(default=None, gt=1.0)
     """Wöhler exponent across the fibres."""
-    ply_thickness: float | None = Field(default=None, gt=0.0)
-    """[m] thickness of one ply."""
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -295,7 +285,7 @@ class Layup(Record):
         kept = [i for i in range(len(webs)) if i in used]
         if None not in used:
             raise InputError(f"{self.name}: no layer of the shell at station {station:g}")
-        plies = [ply if ply.web is None else ply.on_web(kept.index(ply.web)) for ply in plies]
+        plies = [ply if ply.web is None else replace(ply, web=kept.index(ply.web)) for ply in plies]
         lines = [WebLine(webs[i].name, webs[i].start.at(station), webs[i].end.at(station)) for i in kept]
         return Section(f"{self.name} at {station:g}", contour, tuple(plies), tuple(lines), self.materials)
 
@@ -333,10 +323,6 @@ class Ply:
     start: float = 0.0
     end: float = 1.0
     web: int | None = None
-
-    def on_web(self, web: int) -> Ply:
-        """The same on another web."""
-        return Ply(self.name, self.material, self.thickness, self.angle, self.start, self.end, web)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from meltemi.report.palette import COLOURS, INK
 from meltemi.report.plots import figure_title, heading, new_figure
 from meltemi.sections.elements import Mesh
+from meltemi.sections.layup import Section
 from meltemi.sections.properties import Centres, SectionModel, centres_of
 from meltemi.sections.thin_walled import Walls
+from meltemi.sections.walls import at_arc
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,7 +45,7 @@ def plot_section(model: SectionModel) -> Figure:
     _mark(whole, centres, corners)
     heading(whole, "seen from the root; crosses at the tension centre: principal axes")
     size = 0.07 * float(np.ptp(corners[:, 1]))
-    spar = corners[_thickest(model, polygons)]
+    spar = _thickest(model.section)
     edge = corners[int(np.argmax(corners[:, 1]))] - [0.0, 0.7 * size]
     for ax, at, title in (
         (axes[1, 0], spar, "detail at the thickest wall"),
@@ -77,17 +79,12 @@ def _polygons(model: SectionModel) -> tuple[list[Float], list[int], Float]:
     return outlines, ply, np.concatenate(outlines)
 
 
-def _thickest(model: SectionModel, polygons: list[Float]) -> int:
-    """A point of the outline where the wall of the suction side is thickest, as an index of the corners."""
-    corners = model.mesh.nodes.real if isinstance(model.mesh, Mesh) else np.concatenate(polygons)
-    shell = [ply for ply in model.section.plies if ply.web is None]
+def _thickest(section: Section) -> Float:
+    """Where the wall of the suction side is thickest: its edge towards the leading edge."""
     at = np.linspace(0.02, 0.45, 400)
+    shell = [ply for ply in section.plies if ply.web is None]
     total = sum((np.where((p.start <= at) & (at <= p.end), p.thickness.real, 0.0) for p in shell), np.zeros(400))
-    from meltemi.sections.walls import at_arc
-
-    thick = at[total > 0.99 * total.max()]
-    point = at_arc(model.section.contour.real, thick[-1:])[0]  # its edge towards the leading edge
-    return int(np.argmin(np.hypot(*(corners - point).T)))
+    return np.asarray(at_arc(section.contour.real, at[total > 0.99 * total.max()][-1:])[0])
 
 
 def _draw(ax: Axes, polygons: list[Float], faces: list[str], *, lines: bool) -> None:

@@ -6,7 +6,7 @@ and by warping at nodes; they differ in the matrices of their strain energy only
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any
 
@@ -39,6 +39,20 @@ class Energy:
     L: Numbers
     A: Numbers
     pins: NDArray[np.intp]
+
+
+def assembled(parts: Mapping[str, Numbers], dof: NDArray[np.intp], pins: NDArray[np.intp]) -> Energy:
+    """Energy of a section from the matrices of its elements: (n, k, k), (n, k, 6) and (n, 6, 6) by name, and their
+    degrees of freedom (n, k)."""
+    from scipy.sparse import csr_matrix
+
+    count, k = int(dof.max()) + 1, dof.shape[1]
+    rows, cols = np.repeat(dof, k, axis=1).ravel(), np.tile(dof, (1, k)).ravel()
+    sparse = {name: csr_matrix((parts[name].ravel(), (rows, cols)), shape=(count, count)) for name in "ECM"}
+    R, L = np.zeros((2, count, 6), dtype=parts["R"].dtype)
+    np.add.at(R, dof, parts["R"])
+    np.add.at(L, dof, parts["L"])
+    return Energy(**sparse, R=R, L=L, A=np.sum(parts["A"], axis=0), pins=pins)
 
 
 @dataclass(frozen=True)
@@ -134,9 +148,9 @@ def central_solution(energy: Energy, name: str) -> tuple[Numbers, Numbers, Numbe
     if not np.all(np.isfinite(flexibility)):
         raise InputError(apart)
     K = np.linalg.inv(flexibility)
-    full_0, full_1 = (np.zeros((energy.R.shape[0], 6), dtype=u_0.dtype) for _ in range(2))
-    full_0[free], full_1[free] = u_0, u_1
-    return 0.5 * (K + K.T), full_0, full_1, psi_0
+    full = np.zeros((2, energy.R.shape[0], 6), dtype=u_0.dtype)
+    full[:, free] = u_0, u_1
+    return 0.5 * (K + K.T), *full, psi_0
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError
 from meltemi.sections.laminate import Laminate, laminate, rotation
 from meltemi.sections.layup import Ply, Section
-from meltemi.sections.properties import Energy, PlyStates, SectionModel, central_solution, mass_matrix
+from meltemi.sections.properties import PlyStates, SectionModel, assembled, central_solution, mass_matrix
 from meltemi.sections.walls import Shell, columns_of, depths
 
 Numbers = NDArray[Any]
@@ -153,10 +154,8 @@ def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
     Raises:
       InputError: the section cannot be described so; the message says why.
     """
-    from scipy.sparse import csr_matrix
-
     mesh = walls_of(section, pieces)
-    count, pairs = len(mesh.nodes), np.array([wall.nodes for wall in mesh.walls])
+    pairs = np.array([wall.nodes for wall in mesh.walls])
     link = np.array([wall.link for wall in mesh.walls])
     S = np.stack([wall.laminate.wall for wall in mesh.walls])
     S[link] *= np.outer(SHEAR, SHEAR)
@@ -180,17 +179,8 @@ def thin_walled_section(section: Section, pieces: int = PIECES) -> SectionModel:
         for (i, t), low, high in zip(() if wall.link else wall.plies, faces[:-1], faces[1:], strict=False):
             share = 1.0 - 0.5 * wall.curvature * (low + high)
             ply_mass[i] += length * share * t * section.materials[section.plies[i].material].density
-    rows, cols = np.repeat(pairs, 2, axis=1).ravel(), np.tile(pairs, 2).ravel()
-    sparse = {k: csr_matrix((parts[k].ravel(), (rows, cols)), shape=(count, count)) for k in "ECM"}
-    R, L = (np.zeros((count, 6), dtype=S.dtype) for _ in range(2))
-    np.add.at(R, pairs, parts["R"])
-    np.add.at(L, pairs, parts["L"])
-    energy = Energy(**sparse, R=R, L=L, A=np.sum(parts["A"], axis=0), pins=far_apart(mesh.nodes.real))
-    K, u_0, u_1, psi = central_solution(energy, section.name)
-
-    def states() -> PlyStates:
-        return _states(section, mesh, u_0, u_1, psi)
-
+    K, u_0, u_1, psi = central_solution(assembled(parts, pairs, far_apart(mesh.nodes.real)), section.name)
+    states = partial(_states, section, mesh, u_0, u_1, psi)
     return SectionModel(section, K, mass_matrix(first), ply_mass, mesh, states)
 
 

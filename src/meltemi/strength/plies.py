@@ -6,7 +6,6 @@ Reference: docs/theory/strength.md.
 from __future__ import annotations
 
 import itertools
-import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cache
@@ -39,7 +38,7 @@ from meltemi.strength.criteria import (
     tsai_wu_index,
     wrinkling_load,
 )
-from meltemi.strength.welds import SIX, common, parts_of
+from meltemi.strength.welds import SIX, common, numbered_stations, parts_of
 from meltemi.turbine.definition import Turbine
 
 Float = NDArray[np.float64]
@@ -194,13 +193,9 @@ def blade_loads(
       InputError: no station has all six loads, or places are not known.
     """
     part = result.evaluated
-    places = list((result.meta.get("stations") or {}).get("blade", ()) if stations is None else stations)
     names = {0.0: [f"{name}_{blade}" for name in ROOT]}
-    ending = f"_moment_y_{blade}"
-    for n in sorted(int(name.split("_")[1]) for name in part.names if re.fullmatch(rf"station_\d+{ending}", name)):
-        if n > len(places):
-            raise InputError(f"the place of blade station {n} is not known: give those of all stations (--stations)")
-        names[float(places[n - 1])] = [f"station_{n}_{load}_{blade}" for load in SIX]
+    for place, n in numbered_stations(part, "blade", rf"station_(\d+)_moment_y_{blade}", stations).items():
+        names[place] = [f"station_{n}_{load}_{blade}" for load in SIX]
     found = {}
     for place, channels in names.items():
         if all(name in part for name in channels):
@@ -319,8 +314,8 @@ def extreme_instants(loads: Float, states: PlyStates) -> NDArray[np.intp]:
     others = np.random.default_rng(1).normal(size=(WAYS, 6)) / np.maximum(np.ptp(loads, axis=0), 1e-300)
     found = []
     for ways in np.array_split(np.concatenate([few, others]), 8):
-        along = loads @ ways.T
-        found += [along.argmax(axis=0), along.argmin(axis=0)]
+        along = ways @ loads.T
+        found += [along.argmax(axis=1), along.argmin(axis=1)]
     return np.unique(np.concatenate(found))
 
 

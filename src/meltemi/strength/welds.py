@@ -7,6 +7,7 @@ S-N curves are those of :mod:`meltemi.postprocess.sn`, cycles those of the proje
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -161,6 +162,21 @@ class WeldFatigue(Brief):
         return float(self.angles[int(self.damage.argmax())])
 
 
+def numbered_stations(part: Result, of: str, pattern: str, places: Sequence[float] | None) -> dict[float, int]:
+    """Numbers of the stations whose channels have the pattern, by place [m]; by default the places are the result's.
+
+    Raises:
+      InputError: the place of one is not known.
+    """
+    known = list((part.meta.get("stations") or {}).get(of, ()) if places is None else places)
+    found = {}
+    for n in sorted(int(match[1]) for name in part.names if (match := re.fullmatch(pattern, name))):
+        if n > len(known):
+            raise InputError(f"the place of {of} station {n} is not known: give those of all stations (--stations)")
+        found[float(known[n - 1])] = n
+    return found
+
+
 def tower_loads(
     result: Result, turbine: Turbine, stations: Sequence[float] | None = None
 ) -> dict[float, dict[str, Float]]:
@@ -175,15 +191,9 @@ def tower_loads(
       InputError: there are none, or their heights are not known.
     """
     part = result.evaluated
-    heights = list((result.meta.get("stations") or {}).get("tower", ()) if stations is None else stations)
     names: dict[float, Sequence[str]] = {0.0: (*BASE, "tower_base_moment_torsion")}
-    numbered = [name for name in part.names if name.startswith("tower_station_") and name.endswith("_moment_y")]
-    for n in sorted(int(name.split("_")[2]) for name in numbered):
-        if n > len(heights):
-            raise InputError(
-                f"the height of tower station {n} is not known: give the heights of all stations (--stations)"
-            )
-        names[float(heights[n - 1])] = [f"tower_station_{n}_{load}" for load in SIX]
+    for height, n in numbered_stations(part, "tower", r"tower_station_(\d+)_moment_y", stations).items():
+        names[height] = [f"tower_station_{n}_{load}" for load in SIX]
     names[turbine.tower.length] = [f"yaw_{load}" for load in SIX]
     found = {}
     for height, channels in names.items():

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
-from meltemi.core.yamlfile import validated
+from meltemi.core.yamlfile import parse, read_text, validated
 from meltemi.exchange.windio.tree import Tree, as_entries, as_number, as_numbers, load
 from meltemi.sections.layup import Layup, arcs
 
@@ -23,25 +23,22 @@ Content = dict[str, Any]
 
 BLADE = "components.blade"
 ENDS = ("start_nd_arc", "end_nd_arc")
-STRENGTHS = {"Xt": ("Xt", "Yt", "Zt"), "Xc": ("Xc", "Yc", "Zc"), "S": ("S12", "S13", "S23")}
-CONSTANT = {"grid": [0.0, 1.0], "values": [0.0, 0.0]}
+STRENGTHS = {"Xt": ("Xt", "Yt"), "Xc": ("Xc", "Yc"), "S": ("S12",), "m": ("fatigue_exponent",)}
 
 
 def read_layup(path: str | Path) -> Layup:
-    """Read the layup of the blade of a windIO file.
-
-    Args:
-      path: the YAML file, of windIO 2 or 1.
+    """Read the layup of the blade of a windIO file, of version 2 or 1, or of a file that describes a :class:`Layup`.
 
     Returns:
       Shapes, webs, layers and materials; angles in radians.
 
     Raises:
-      InputError: the file is no windIO turbine, has no layup, or describes it in a way that is not read; the message
-        names
-        the key.
+      InputError: the file is neither, or describes the layup in a way that is not read; the message names the key.
     """
-    return _Reader(load(Path(path), first=True)).layup()
+    text = read_text(path := Path(path))
+    if "components:" in text or '"components"' in text:
+        return _Reader(load(path, first=True)).layup()
+    return validated(parse(text, path, "a Layup"), Layup, str(path), text)
 
 
 class _Reader:
@@ -60,18 +57,18 @@ class _Reader:
 
     def layup(self) -> Layup:
         tree = self.tree
-        chord = self._curve(tree.need(f"{self.shape}.chord"), f"{self.shape}.chord")
+        chord = self._read(f"{self.shape}.chord")
         if tree.get(f"{self.shape}.section_offset_y") is not None:
-            offset = self._curve(tree.need(f"{self.shape}.section_offset_y"), f"{self.shape}.section_offset_y")
+            offset = self._read(f"{self.shape}.section_offset_y")
         else:  # relative to the chord
-            share = self._curve(tree.need(f"{self.shape}.pitch_axis"), f"{self.shape}.pitch_axis")
+            share = self._read(f"{self.shape}.pitch_axis")
             grid = np.union1d(chord["grid"], share["grid"])
             offset = {"grid": grid, "values": np.interp(grid, *share.values()) * np.interp(grid, *chord.values())}
         thickness, shapes = self._shapes()
         axis = f"{self.shape}.reference_axis" if self.first else f"{BLADE}.reference_axis"
         content: Content = {
             "name": str(tree.get("name") or Path(tree.where).stem),
-            "position": self._curve(tree.need(f"{axis}.z"), f"{axis}.z"),
+            "position": self._read(f"{axis}.z"),
             "chord": chord,
             "offset_y": offset,
             "thickness": thickness,
@@ -79,27 +76,22 @@ class _Reader:
             "source": f"{tree.source} (windIO {1 if self.first else tree.get('windIO_version') or 2})",
         }
         if tree.get(f"{self.shape}.section_offset_x") is not None:
-            content["offset_x"] = self._curve(
-                tree.need(f"{self.shape}.section_offset_x"), f"{self.shape}.section_offset_x"
-            )
-        bare = {
-            "materials": {
-                "none": dict.fromkeys("density E1 E2 E3 G12 G13 G23".split(), 1.0) | {"nu12": 0, "nu13": 0, "nu23": 0}
-            }
-        }
-        bare["layers"] = [{"name": "none", "material": "none", "thickness": 1.0}]  # type: ignore[assignment]
+            content["offset_x"] = self._read(f"{self.shape}.section_offset_x")
+        layers = tree.entries(f"{self.structure}.layers")
+        content["materials"] = self._materials([str(layer.get("material")) for layer in layers])
+        bare = {"layers": [{"name": "none", "material": str(layers[0].get("material")), "thickness": 1.0}]}
         self.base = validated(content | bare, Layup, tree.where)  # its contours make arcs of widths
         webs = as_entries(tree.get(f"{self.structure}.webs") or [{}], f"{tree.where}: {self.structure}.webs")
         content["webs"] = [self._web(web) for web in webs if web]
-        layers = tree.entries(f"{self.structure}.layers")
-        used = [str(layer.get("material")) for layer in layers]
-        content["materials"] = self._materials(used)
         plies = {str(m.get("name")): m.get("ply_t") for m in tree.entries("materials")}
         content["layers"] = [self._layer(layer, plies) for layer in layers]
         return validated(content, Layup, tree.where)
 
     def _fail(self, where: str, why: str) -> InputError:
         return InputError(f"{self.tree.where}: {where}: {why}")
+
+    def _read(self, path: str, factor: float = 1.0) -> Content:
+        return self._curve(self.tree.need(path), path, factor)
 
     def _curve(self, value: Any, where: str, factor: float = 1.0) -> Content:
         if not isinstance(value, dict) or "grid" not in value or "values" not in value:
@@ -142,7 +134,7 @@ class _Reader:
                 x, y = x[::-1], y[::-1]
             shapes[thick[-1]] = {"thickness": thick[-1], "coordinates": np.stack([x, y], axis=1)}
         if tree.get(f"{self.shape}.rthick") is not None:
-            curve = self._curve(tree.need(f"{self.shape}.rthick"), f"{self.shape}.rthick")
+            curve = self._read(f"{self.shape}.rthick")
         else:
             from scipy.interpolate import PchipInterpolator
 
@@ -176,11 +168,8 @@ class _Reader:
             value = m.get(key)
             numbers = value if isinstance(value, list) else [value] * 3
             for one, number in zip(ours, numbers, strict=False):
-                if isinstance(number, (int, float)) and number > 0.0:  # files write 0 for what is not known
+                if isinstance(number, (int, float)) and number > (key == "m"):  # files write 0 for what is not known
                     content[one] = float(number)
-        for key, one in (("m", "fatigue_exponent"), ("ply_t", "ply_thickness")):
-            if isinstance(m.get(key), (int, float)) and m[key] > (1.0 if key == "m" else 0.0):
-                content[one] = float(m[key])
         return content
 
     def _web(self, web: Content) -> Content:
@@ -272,8 +261,8 @@ class _Reader:
         ends = as_numbers(first.get("anchors_nd_grid"), f"{tree.where}: {where}.plane_type1.anchors_nd_grid", 2)
         turned = np.radians(as_number(first.get("rotation", 0.0), f"{tree.where}: {where}.plane_type1.rotation"))
         offset = self._curve(plane.get("offset"), f"{where}.offset")
-        z, y = (self._curve(tree.need(f"{BLADE}.reference_axis.{c}"), f"{BLADE}.reference_axis.{c}") for c in "zy")
-        twist = self._curve(tree.need(f"{self.shape}.twist"), f"{self.shape}.twist", -self.unit)
+        z, y = (self._read(f"{BLADE}.reference_axis.{c}") for c in "zy")
+        twist = self._read(f"{self.shape}.twist", -self.unit)
         along = np.interp(ends, *z.values()), np.interp(ends, *y.values())
         line = np.interp(np.interp(offset["grid"], *z.values()), *along) - np.interp(offset["grid"], *y.values())
         offset = {"grid": offset["grid"], "values": offset["values"] + line * np.cos(turned)}
