@@ -25,6 +25,24 @@ name: round
 components:
   blade: {}
 """
+SANDWICH = """\
+name: tube
+position: {grid: [0, 1], values: [0, 61.5]}
+chord: 2.0
+offset_y: 1.0
+thickness: 1.0
+shapes: [{thickness: 1.0, coordinates: [[1, 0], [0.85, 0.35], [0.5, 0.5], [0.15, 0.35], [0, 0], [0.15, -0.35], [0.5,
+  -0.5], [0.85, -0.35], [1, 0]]}]
+materials:
+  glass: {density: 1940, E1: 44e9, E2: 13e9, E3: 13e9, G12: 4.2e9, G13: 4.2e9, G23: 4.2e9, nu12: 0.28, nu13: 0.28,
+    nu23: 0.4, Xt: 1e9, Xc: 7e8, Yt: 5e7, Yc: 1.5e8, S12: 7e7, fatigue_exponent: 10}
+  foam: {density: 130, E1: 1.3e8, E2: 1.3e8, E3: 1.3e8, G12: 5e7, G13: 5e7, G23: 5e7, nu12: 0.3, nu13: 0.3, nu23: 0.3,
+    Xt: 2e6, Xc: 2e6}
+layers:
+  - {name: outside, material: glass, thickness: 0.01}
+  - {name: core, material: foam, thickness: 0.02}
+  - {name: inside, material: glass, thickness: 0.01}
+"""
 
 
 @pytest.fixture
@@ -96,8 +114,42 @@ def test_a_result_without_loads_or_turbine(command: Command, tmp_path: Path) -> 
     refused(command("stress", path, "--turbine", "nrel5mw", "--out", out), out, "no bending moments of the tower")
 
 
+def test_a_turbine_in_place_of_results(command: Command, tmp_path: Path) -> None:
+    path = tmp_path / "turbine.yaml"
+    path.write_text("name: mine\n", encoding="utf-8")
+    words = "turbine.yaml: not a result", ".nc, .outb, .out, .csv", "folder of a load base", "--turbine"
+    refused(command("stress", path, "--out", tmp_path / "out"), tmp_path / "out", *words)
+
+
+def test_plies_of_a_result(command: Command, tmp_path: Path, run: Path) -> None:
+    layup = tmp_path / "layup.yaml"
+    layup.write_text(SANDWICH, encoding="utf-8")
+    out = tmp_path / "out"
+    ran = command("stress", run, "--layup", layup, "--out", out, "--factors", "none")
+    assert ran.status == 0, ran.err
+    assert ran.files == [out / "layers.csv", out / "layers.png", out / "panels.csv"]
+    assert ran.err.split("is not given: ")[1].split() == ["glass"]  # slopes across the fibres
+    with ran.files[0].open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert {row["layer"] for row in rows} == {"outside", "core", "inside"}
+    assert {row["result"] for row in rows} == {"run.nc"}
+    with ran.files[2].open(newline="") as file:
+        faces = list(csv.DictReader(file))
+    assert {(row["mode"], row["where"]) for row in faces} == {
+        ("wrinkling", "suction side, core"),
+        ("wrinkling", "pressure side, core"),
+    }
+    more = command("stress", run, "--layup", layup, "--out", out, "--factors", "none", "--load-factor", 2.7)
+    with more.files[2].open(newline="") as file:
+        assert float(next(csv.DictReader(file))["index"]) == pytest.approx(2.0 * float(faces[0]["index"]), rel=1e-3)
+
+
 def test_a_folder_that_is_no_load_base(command: Command, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     refused(command("stress", tmp_path / "empty", "--out", tmp_path / "out"), tmp_path / "out", "no load base")
+    layup = tmp_path / "layup.yaml"
+    layup.write_text(SANDWICH, encoding="utf-8")
+    ran = command("stress", tmp_path / "empty", "--layup", layup, "--out", tmp_path / "out")
+    refused(ran, tmp_path / "out", "no load base")
     ran = command("stress", tmp_path / "empty", "--shares", "1", "--out", tmp_path / "out")
     refused(ran, tmp_path / "out", "--shares: not with a load base")

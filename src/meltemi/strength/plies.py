@@ -290,7 +290,7 @@ def judged_blade(
         panels += panel_strength(at, model, states, prod(gamma.stability))
         panels += wrinkling(few, model, states, prod(gamma.stability))
     words = [text for label, material in materials.items() if (text := unjudged_words(label, material))]
-    if flat := [label for label, m in materials.items() if not unjudged_words(label, m) and not m.across_exponent]:
+    if flat := [label for label, m in materials.items() if m.fatigue_exponent and not m.across_exponent]:
         words.append(f"no fatigue across the fibres, whose slope (across_exponent) is not given: {', '.join(flat)}")
     return BladeStrength(tuple(layers), tuple(panels), points, names, gamma, tuple(words))
 
