@@ -80,6 +80,7 @@ from meltemi.postprocess.spectra import spectral_peak as spectral_peak
 from meltemi.postprocess.statistics import azimuthal_averages as azimuthal_averages
 from meltemi.postprocess.summary import Summary as Summary
 from meltemi.postprocess.summary import summary as summary
+from meltemi.strength.load_base import base_blade_strength as base_blade_strength
 from meltemi.strength.load_base import base_weld_fatigue as base_weld_fatigue
 from meltemi.strength.plies import BladeStrength as BladeStrength
 from meltemi.strength.plies import blade_strength as blade_strength
