@@ -92,8 +92,9 @@ for name, each in (("as in the file", layup), ("turned", turned)):
     load = meltemi.loads.damage_equivalent_load(
         part["root_moment_flap_1"], duration=duration - 60.0, slope=10.0
     )
+    twist = np.degrees(part["tip_twist_1"].mean())
     print(
-        f"{name:16s} tip twist {np.degrees(part['tip_twist_1'].mean()):+.2f} deg nose up,"
+        f"{name:16s} tip twist {twist:+.2f} deg nose up,"
         f" flapwise DEL {1e-6 * load:.1f} MN m"
     )
 
