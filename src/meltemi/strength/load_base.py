@@ -72,8 +72,8 @@ def base_weld_fatigue(
 
     Damage is evaluated in directions of 30 degrees; in bases that have cycles of two components at a station,
     fore-aft and side-to-side. A weld between stations has the cycles of the one below, with ranges by which the
-    equivalent load is linear between both, which is too much where their loads are out of step; buckling has the design
-    loads of the one below.
+    equivalent load is linear between both, which is too much where their loads are out of step; its buckling is linear
+    between those by the design loads of both.
 
     Args:
       folder: folder of the load base.
@@ -109,11 +109,13 @@ def base_weld_fatigue(
         stresses = [
             Cycles(c.ranges / tube.modulus, c.means / tube.modulus, c.counts) for c in (moments[a] for _, a in places)
         ]
-        each = judged(weld, tube, plan, np.radians([place for place, _ in places]), stresses, years, loads_at)
-        if (below := known[loads_at[0]].name) in extremes.index:
-            loads = dict(zip(SIX, extremes.loc[below, list(COMPONENTS)].to_numpy(float).T, strict=True))
-            each = replace(each, buckling=buckling_utilisation(loads, tube, own.tower.length, plan.shell))
-        found.append(each)
+        fatigue = judged(weld, tube, plan, np.radians([place for place, _ in places]), stresses, years, loads_at)
+        if len(extremes):
+            rows = [extremes.loc[known[h].name, list(COMPONENTS)].to_numpy(float).T for h in loads_at]
+            loads = [dict(zip(SIX, each, strict=True)) for each in rows]
+            used = [buckling_utilisation(each, tube, own.tower.length, plan.shell) for each in loads]
+            fatigue = replace(fatigue, buckling=float(np.interp(weld.height, loads_at, used)))
+        found.append(fatigue)
     return found, warnings
 
 
