@@ -26,7 +26,7 @@ def stress(
     results: Annotated[list[Path], f"Results of one turbine ({suffixes(FORMATS)}), or the folder of a load base."],
     welds: Annotated[Path | None, "YAML file of tower welds: height, category, ... [detail D at each station]."] = None,
     layup: Annotated[
-        Path | None, "windIO file with the blade's layup: strength of its plies in place of welds."
+        Path | None, "Layup of the blade, as of 'meltemi section': strength of its plies in place of welds."
     ] = None,
     turbine: Annotated[str | None, "Turbine's name or YAML file [that of the result].", TURBINES] = None,
     factors: Annotated[str | None, "Partial factors of a standard, by name [welds: none; plies: iec61400-5]."] = None,
@@ -42,6 +42,7 @@ def stress(
     out: OutOption = Path("out"),
 ) -> None:
     """Damage and life of tower welds, or with --layup strength of a blade's plies: tables and a plot."""
+    from meltemi.sections.files import find_layup
     from meltemi.strength.welds import read_welds
 
     if welds is not None and layup is not None:
@@ -55,7 +56,7 @@ def stress(
     parts = None if shares is None else values_of(shares, "--shares")
     places = None if stations is None else values_of(stations, "--stations")
     plan = None if welds is None else read_welds(welds)
-    plies, set_of = None if layup is None else meltemi.io.read_layup(layup), factors or "iec61400-5"
+    plies, set_of = None if layup is None else find_layup(layup), factors or "iec61400-5"
     if len(results) == 1 and results[0].is_dir():
         from meltemi.strength.load_base import base_blade_strength, base_weld_fatigue
 

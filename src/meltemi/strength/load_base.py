@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 Float = NDArray[np.float64]
 
 LEAST = 0.05
-"""Share of the largest range of a load of a blade in the lifetime below which its cycles are left out: they do less than
-1e-9 of the damage at slope 10 (NREL 5 MW)."""
+"""Share of the largest range of a load of a blade in the lifetime below which its cycles are left out: they do less
+than 1e-9 of the damage at slope 10 (NREL 5 MW)."""
 
 
 def _opened(folder: str | Path) -> tuple[Results, Turbine, list[str]]:
