@@ -85,6 +85,29 @@ def test_the_gradient_by_plies_chord_and_twist_of_a_layup() -> None:
         assert np.all(np.min(found, axis=0) < 2e-3 * size), given.variables.names[p]
 
 
+def test_the_gradient_of_the_strain_by_the_wall() -> None:
+    """The moment changes by the runs, the strain per moment by the wall: both against differences of trials (G-17)."""
+    given = study(
+        variables=GAIN | {"tower.thickness": {"low": 0.7, "high": 1.3}, "tower.diameter": {"low": 0.9, "high": 1.1}},
+        objective={"del tower_base_strain": 1.0},
+        constraints={"max tower_base_strain": {"most": 1.0}, "del TwrBsMyt": {"most": 1.0}},
+    )
+    problem, x = given.problem, given.variables.start
+    slopes = problem.jacobian(x) * given.variables.scale
+    for p in range(len(x)):
+        sides = []
+        for h in (-1e-3, 1e-3):
+            y = problem.scaled(x)
+            y[p] += h
+            trial = problem.trial(problem.unscaled(y))
+            sides.append(np.array([trial.objective, *trial.margins]))
+        np.testing.assert_allclose(slopes[:, p], (sides[1] - sides[0]) / 2e-3, rtol=3e-3, atol=3e-4)
+    found = dict(zip([t.name for t in problem.terms], problem.trial(x).totals, strict=True))
+    tower = meltemi.load_turbine("nrel5mw").tower
+    per = 0.5 * tower.diameter[0] / tower.fore_aft_stiffness[0]
+    assert found["del tower_base_strain"] == pytest.approx(per * found["del TwrBsMyt"], rel=1e-12)
+
+
 def test_the_optimum_of_one_gain_is_that_of_a_scan() -> None:
     found = optimise(validated(CASES | {
         "variables": GAIN, "objective": {"std rotor_speed": 0.6, "travel pitch_1": 0.4}, "tolerance": 1e-7,

@@ -25,6 +25,7 @@ from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, TrialErro
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import Design
 from meltemi.designs.terms import combined, hard, term_of
+from meltemi.designs.tower import strain_per_moment
 from meltemi.designs.variables import variables_of
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.simulation.rotors import build
@@ -376,7 +377,8 @@ class _Study:
         if extremes := [(i, term) for i, term in enumerate(runs.of_runs) if term.soft]:
             result = runs.simulated(x, 0)
             for i, term in extremes:
-                soft[term.name] = float(found[1].of_runs[0, i]), hard(term, result, cases[0].case.transient)
+                per = strain_per_moment(self.variables.apply(x).tower) if term.strain else 1.0
+                soft[term.name] = float(found[1].of_runs[0, i]), per * hard(term, result, cases[0].case.transient)
         return changes, [c.name for c in cases], soft
 
 

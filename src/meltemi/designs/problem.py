@@ -167,7 +167,7 @@ class Problem:
         return self.trial(self.variables.start)
 
     def _place(self, term: Term) -> int:
-        return self.terms.index(term)
+        return [each.name for each in self.terms].index(term.name)
 
     def _limits(self, term: Term) -> list[Limit]:
         assert self.first is not None

@@ -24,8 +24,10 @@ from meltemi.controllers.specification import BaselineCase, SupervisedCase
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.yamlfile import merged, validated
+from meltemi.designs.operation import Operation
 from meltemi.designs.settings import CaseSetting, Design
 from meltemi.designs.terms import Term, combined, hard, matching, of_turbine, slope_of, statistic
+from meltemi.designs.tower import strain_per_moment
 from meltemi.designs.variables import Variables
 from meltemi.gradients.adjoint import gradients
 from meltemi.gradients.extrapolation import STEP, extrapolated
@@ -188,6 +190,8 @@ class Runs:
         self.cases, self.variables, self.folder, self.workers = cases, variables, folder, workers
         self.of_runs = [t for t in terms if t.of_runs]
         self.of_turbine = [t for t in terms if not t.of_runs]
+        self.strained = [i for i, t in enumerate(self.of_runs) if t.strain]
+        self.per = np.array([strain_per_moment(variables.turbine.tower) if t.strain else 1.0 for t in self.of_runs])
         self.channels = tuple(dict.fromkeys(t.of for t in self.of_runs)) or ("generator_power",)
         self.units = np.ones(len(self.of_runs))
         self.slopes = np.ones(len(self.of_runs))
@@ -207,6 +211,12 @@ class Runs:
         self.origin = np.array(x, dtype=float)
         self._models.clear()
         self._held: dict[int, _Held] = {}
+        each, case = self.variables.each, self.cases[0].case
+        self.operation = Operation(
+            [t for t in self.of_turbine if t.of_operation], lambda x: self.model(x, case), self.origin,
+            np.array([not (v.of_controller or v.path in WITHOUT_START) for v in each]),
+            START_STEP * self.variables.scale,
+        )  # fmt: skip
         self._reference: dict[str, Model[Any]] = {}
         self._kept = 0
 
@@ -306,13 +316,15 @@ class Runs:
         """
         try:
             model = self.model(x, self.cases[0].case)
-            fixed = {t.name: of_turbine(t, model) for t in self.of_turbine}
+            fixed = {t.name: of_turbine(t, model) for t in self.of_turbine if not t.of_operation}
+            fixed |= self.operation.values(x)
             for number in range(len(self.cases)):
                 self._hold(number)
         except MeltemiError as error:
             raise TrialError(str(error)) from None
         rows = self._all(lambda number: self._row(x, number)) if self.of_runs else [np.zeros(0)] * len(self.cases)
         found = np.array(rows).reshape(len(self.cases), len(self.of_runs))
+        found[:, self.strained] *= strain_per_moment(model.turbine.tower) if self.strained else 1.0
         if not np.all(np.isfinite(found)) or not all(np.isfinite(v) for v in fixed.values()):
             raise TrialError("a statistic is not a finite number")
         return Statistics(found, fixed)
@@ -333,7 +345,8 @@ class Runs:
 
     def _numbers(self, result: Result, number: int) -> list[tuple[float, dict[str, Float]]]:
         transient = self.cases[number].case.transient
-        return [statistic(t, result, transient, unit) for t, unit in zip(self.of_runs, self.units, strict=True)]
+        units = self.units / self.per
+        return [statistic(t, result, transient, unit) for t, unit in zip(self.of_runs, units, strict=True)]
 
     def set_units(self) -> None:
         """Hold the magnitudes of soft extremes, and find the slopes of equivalent loads, by the run of the first case.
@@ -347,11 +360,12 @@ class Runs:
             if not channels:
                 raise InputError(f"terms: {term.name!r}: no channel begins with {term.of[:-1]!r}")
             self.slopes[i] = slope_of(term, channels[0])
-            unit, factor = channels[0].display_unit
+            unit, factor = ("µm/m", 1e6) if term.strain else channels[0].display_unit
             self.display[term.name] = (f"{unit}/s" if term.kind in ("travel", "rate") else unit, factor)
             if term.soft:
                 extreme = hard(term, result, self.cases[0].case.transient)
-                self.units[i] = max(abs(extreme), 0.1 * max(float(np.ptp(result[c.name])) for c in channels)) or 1.0
+                largest = max(abs(extreme), 0.1 * max(float(np.ptp(result[c.name])) for c in channels)) or 1.0
+                self.units[i] = largest * self.per[i]
 
     def totals(self, found: Statistics) -> tuple[Float, list[Float]]:
         """(M,) statistics of all runs together, and the derivatives of each by those of the runs."""
@@ -387,6 +401,10 @@ class Runs:
                     ways[group] = self._tables(x, case.case)
         except MeltemiError as error:
             raise TrialError(str(error)) from None
+        if self.strained:
+            per, slopes = self._per_moment(x)
+            total += np.einsum("cks,cs,p->kp", by[:, :, self.strained], found.of_runs[:, self.strained], slopes / per)
+            by[:, :, self.strained] *= per
         if m:
             parts = self._all(lambda n: self._part(x, n, by[n], ways))
             total += np.sum(parts, axis=0)
@@ -516,21 +534,32 @@ class Runs:
                 total[:, p] += by @ (high - low) / (2.0 * h)
         return total
 
+    def _per_moment(self, x: Float) -> tuple[float, Float]:
+        """Strain per moment at the tower's base, and its (P,) derivatives."""
+        def strain(p: int, h: float) -> dict[str, Float]:
+            tower = self._turbine(self._moved(x, p, h), self.cases[0].case).tower
+            return {"strain": np.array(strain_per_moment(tower))}
+
+        slopes = [extrapolated(partial(strain, p), self.step(x, p))[0] for p in range(len(x))]
+        return float(strain(0, 0.0)["strain"]), np.array([float(each.get("strain", 0.0)) for each in slopes])
+
     def _fixed(self, x: Float) -> Float:
         """(terms, P) derivatives of the terms of the turbine itself."""
         case = self.cases[0].case
-        found = np.zeros((len(self.of_turbine), len(self.variables.each)))
+        still = [t for t in self.of_turbine if not t.of_operation]
+        found = {t.name: np.zeros(len(x)) for t in still} | self.operation.slopes(x)
 
         def terms(p: int, h: float) -> dict[str, Float]:
             """Terms with a variable changed."""
             model = self.model(self._moved(x, p, h), case, x)
-            return {t.name: np.array([of_turbine(t, model)]) for t in self.of_turbine}
+            return {t.name: np.array([of_turbine(t, model)]) for t in still}
 
         for p, v in enumerate(self.variables.each):
-            if not v.of_law:
+            if still and not v.of_law:
                 slopes, _ = extrapolated(partial(terms, p), 0.1 * self.step(x, p))
-                found[:, p] = [float(slopes[t.name][0]) if t.name in slopes else 0.0 for t in self.of_turbine]
-        return found
+                for name, slope in slopes.items():
+                    found[name][p] = float(slope[0])
+        return np.array([found[t.name] for t in self.of_turbine])
 
     # --------------------------------------------------------------------------------------------------- work
 

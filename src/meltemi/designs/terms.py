@@ -5,7 +5,7 @@ Reference: docs/theory/designs.md (G-3 to G-7).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ from scipy.special import logsumexp, softmax
 
 from meltemi.analyses.modes import natural_modes
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.designs.masses import masses
 from meltemi.designs.settings import ConstraintSetting, TermSetting
 from meltemi.gradients.weights import del_weights, std_weights
 from meltemi.postprocess.fatigue import usual_slope
@@ -35,11 +36,20 @@ OF_RUNS = {
 }
 """Terms of time series."""
 OF_TURBINES = {
-    "mass": "mass of the blade or the tower [kg]",
+    "mass": "mass of a part [kg]",
     "frequency": "natural frequency of the turbine at rest [Hz]",
     "value": "a number of the turbine's description",
+    "damping": "damping ratio of a mode in operation under the baseline law [-]",
+    "sensitivity": "largest amplification by a loop of the baseline law in operation [-] (soft)",
 }
 """Terms of the turbine itself."""
+OF_OPERATION = ("damping", "sensitivity")
+"""Those of its linear model under the law."""
+LOOPS = ("speed", "pitch")
+"""Where a loop is opened: at the sensor of the generator speed, or at the pitch demand."""
+STRAIN = "tower_base_strain"
+"""Strain of the outer fibre at the tower's base by the fore-aft moment, in place of a channel."""
+STRAINING = "tower_base_moment_fore_aft"
 TWO_PI = 2.0 * np.pi
 
 
@@ -52,12 +62,19 @@ class Term:
       kind: a key of ``OF_RUNS`` or ``OF_TURBINES``.
       of: channel, part, mode or path.
       setting: weight, limits and options.
+      strain: whether it is of the strain by the moment of the channel.
     """
 
     name: str
     kind: str
     of: str
     setting: TermSetting
+    strain: bool = False
+
+    @property
+    def of_operation(self) -> bool:
+        """Whether it is of the linear model in operation."""
+        return self.kind in OF_OPERATION
 
     @property
     def of_runs(self) -> bool:
@@ -87,7 +104,27 @@ def term_of(name: str, setting: float | TermSetting | ConstraintSetting) -> Term
     of = of or {"clearance": "tip_clearance_*", "travel": "pitch_1", "rate": "pitch_1"}.get(kind, "")
     if not of:
         raise InputError(f"terms: {name!r}: expected a name after {kind}, for instance: del TwrBsMyt")
-    return Term(name, kind, of, setting if isinstance(setting, TermSetting) else TermSetting(weight=setting))
+    strain = kind in OF_RUNS and of == STRAIN
+    setting = setting if isinstance(setting, TermSetting) else TermSetting(weight=setting)
+    term = Term(name, kind, STRAINING if strain else of, setting, strain)
+    if term.of_operation:
+        operation_of(term)
+    return term
+
+
+def operation_of(term: Term) -> tuple[str, float]:
+    """Mode or loop of a term of operation, and the wind speed [m/s].
+
+    Raises:
+      InputError: there is no wind speed, or no such loop.
+    """
+    found = re.fullmatch(r"(.+?) at (\d+(?:\.\d+)?)(?: m/s)?", term.of)
+    if found is None:
+        example = "damping 1st tower fore-aft at 14" if term.kind == "damping" else "sensitivity speed at 14"
+        raise InputError(f"terms: {term.name!r}: expected a name and a wind speed [m/s], for instance: {example}")
+    if term.kind == "sensitivity" and found[1] not in LOOPS:
+        raise InputError(f"terms: {term.name!r}: the loop is opened at the {' or the '.join(LOOPS)}, not {found[1]!r}")
+    return found[1], float(found[2])
 
 
 def soft_maximum(y: Float, sharpness: float, unit: float) -> tuple[float, Float]:
@@ -180,12 +217,10 @@ def of_turbine(term: Term, model: Model[Any]) -> float:
     """
     turbine = model.turbine
     if term.kind == "mass":
-        parts: Mapping[str, Any] = {"blade": turbine.blade.structure, "tower": turbine.tower}
+        parts = masses(turbine)
         if term.of not in parts:
             raise InputError(f"terms: {term.name!r}: {did_you_mean(term.of, parts)}")
-        part = parts[term.of]
-        mass = part.mass if getattr(part, "mass", None) is not None else part.mass_matrix[:, 0, 0]
-        return float(np.trapezoid(mass, part.position))
+        return parts[term.of]
     if term.kind == "frequency":
         modes: dict[str, float] = {}
         for mode in natural_modes(model):

@@ -19,6 +19,7 @@ from meltemi.core.record import COPY
 from meltemi.designs.layup import DesignLayup
 from meltemi.designs.settings import VariableSetting
 from meltemi.designs.splines import spline_rows
+from meltemi.designs.tower import WALLS, put_walls
 from meltemi.sections.layup import Layup
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
@@ -145,6 +146,9 @@ class Variables:
                 continue
             factor, offset = lists.setdefault(v.path, (np.ones(len(v.row)), np.zeros(len(v.row))))
             (offset if v.add else factor)[...] += (value - (0.0 if v.add else 1.0)) * v.row
+        walls = {path: lists.pop(path)[0] for path in WALLS if path in lists}
+        if walls:
+            put_walls(data["tower"], walls)
         for path, (factor, offset) in lists.items():
             for container, key in places(data, path):
                 value = np.asarray(container[key], dtype=float) * factor + offset
@@ -215,13 +219,17 @@ def variables_of(
             found += _of_layup(name, setting)
         elif kind == "turbine" and rest:
             found += _of_turbine(name, rest, setting, turbine)
+        elif name in WALLS and isinstance(turbine, Turbine):
+            if setting.add:
+                raise InputError(f"variables: {name!r} is a factor: leave add out")
+            found += [replace(v, path=name) for v in _of_turbine(name, "tower.diameter", setting, turbine)]
         elif kind == "controller" and rest:
             if rest not in state:
                 raise InputError(f"variables: the controller has no {name!r}: {did_you_mean(rest, state)}")
             own = _in_turbine(rest, turbine) if set(state) == set(BaselineState.names) else ""
             found += _of_turbine(name, own, setting, turbine) if own else [_number(name, name, setting, state[rest])]
         else:
-            hint = did_you_mean(name, [f"controller.{entry}" for entry in state])
+            hint = did_you_mean(name, [*WALLS, *(f"controller.{entry}" for entry in state)])
             raise InputError(f"variables: {name!r} is no controller.NAME, turbine.PATH or layup.LAYER: {hint}")
     return Variables(turbine, tuple(found), layup)
 

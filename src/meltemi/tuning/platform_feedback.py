@@ -26,9 +26,10 @@ from meltemi.control.baseline import MOTION_BAND
 from meltemi.core.errors import InputError
 from meltemi.core.shown import Brief
 from meltemi.simulation.model import Model
+from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.simulation.rotors import operating_point
 from meltemi.tuning.baseline_tuning import ABOVE_RATED, MARGIN_POINTS, rated_wind
-from meltemi.tuning.speed_loop import region_3
+from meltemi.tuning.speed_loop import of_small_changes
 from meltemi.turbine.definition import BaselineControl
 
 Float = NDArray[np.float64]
@@ -116,17 +117,27 @@ def pitch_damping(linear: LinearModel, law: BaselineControl, frequency: float) -
 
 
 def under(linear: LinearModel, law: BaselineControl) -> Float:
-    """(n + 4, n + 4) matrix of a linear model under the law in region 3: filtered speed, its integral, velocity of the
-    tower top, and that without what is fast.
+    """(n + 4, n + 4) matrix of a linear model under the law: its states, and those of :func:`law_matrices`.
 
     Inputs of the linear model are torque and pitch demand, outputs generator speed and acceleration of the tower top.
     """
+    states, sensed, demand = law_matrices(law, linear.point)
+    return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, states + sensed @ linear.D @ demand]])
+
+
+def law_matrices(law: BaselineControl, point: OperatingPoint) -> tuple[Float, Float, Float]:
+    """Matrices dx/dt = (4, 4) x + (4, 2) y, u = (2, 4) x of the law, for small changes about an operating point.
+
+    States are the filtered generator speed, its integral, the velocity of the tower top, and that without what is
+    fast; y generator speed and acceleration of the tower top, u torque and pitch demand.
+    """
     p, filtered, w = law.pitch, law.filter_frequency, law.pitch.motion_frequency
-    slope, divisor = region_3(law, linear.point)
-    law_matrix, sensed, demand = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
-    law_matrix[0, 0], law_matrix[1, 0] = -filtered, 1.0
-    law_matrix[2, 2], law_matrix[3, 2], law_matrix[3, 3] = -w / MOTION_BAND, w * MOTION_BAND, -w * MOTION_BAND
+    slope, divisor = of_small_changes(law, point)
+    states, sensed, demand = np.zeros((4, 4)), np.zeros((4, 2)), np.zeros((2, 4))
+    states[0, 0], states[1, 0] = -filtered, 1.0
+    states[2, 2], states[3, 2], states[3, 3] = -w / MOTION_BAND, w * MOTION_BAND, -w * MOTION_BAND
     sensed[0, 0], sensed[2, 1] = filtered, 1.0
     demand[0, 0] = slope
-    demand[1] = p.proportional_gain / divisor, p.integral_gain / divisor, 0.0, p.motion_gain
-    return np.block([[linear.A, linear.B @ demand], [sensed @ linear.C, law_matrix + sensed @ linear.D @ demand]])
+    motion = p.motion_gain if np.isfinite(divisor) else 0.0  # limited to the distance from the minimum
+    demand[1] = p.proportional_gain / divisor, p.integral_gain / divisor, 0.0, motion
+    return states, sensed, demand

@@ -13,6 +13,7 @@ Reference: docs/theory/control.md (C-9d to C-9f).
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -20,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.analyses.linear import linearise
+from meltemi.control.baseline import parameters, steady_torque
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import OperatingPoint
 from meltemi.tuning.controller_bench.margins import GAIN_MARGIN, PHASE_MARGIN, OpenLoop
@@ -28,6 +30,8 @@ from meltemi.turbine.definition import BaselineControl
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+AT_MINIMUM = 1e-6
+"""[rad] pitch above its minimum that counts as none."""
 FREQUENCIES = np.geomspace(0.03, 10.0, 2000)
 """[rad/s] frequencies of the responses."""
 
@@ -39,22 +43,26 @@ def speed_responses(model: Model[Any], points: Sequence[OperatingPoint]) -> list
     return [linearise(model, point, inputs=inputs, outputs=outputs).response(s)[:, 0] for point in points]
 
 
-def region_3(law: BaselineControl, point: OperatingPoint) -> tuple[float, float]:
-    """Slope of the torque over the generator speed [N m s/rad] and divisor of the pitch gains, for small
-    changes about an operating point of region 3."""
+def of_small_changes(law: BaselineControl, point: OperatingPoint) -> tuple[float, float]:
+    """Slope of the torque over the generator speed [N m s/rad] and divisor of the pitch gains, for small changes about
+    an operating point; below rated wind, where the pitch stays at its minimum, the divisor is infinite."""
     torque, pitch = law.torque, law.pitch
+    if point.pitch <= pitch.minimum + AT_MINIMUM:
+        parameter, h = parameters(law), 1e-6 * point.generator_speed
+        low, high = (steady_torque(parameter, point.generator_speed + way * h, point.pitch) for way in (-1.0, 1.0))
+        return float(high - low) / (2.0 * h), math.inf
     slope = -torque.rated_power / pitch.reference_speed**2 if torque.hold == "power" else 0.0
     return slope, 1.0 + 2.0 * point.pitch / pitch.gain_halving_pitch
 
 
 def speed_loops(law: BaselineControl, points: Sequence[OperatingPoint], responses: Sequence[Complex]) -> list[OpenLoop]:
-    """The loop with a law at each operating point of region 3."""
+    """The loop with a law at each operating point."""
     s, pitch = 1j * FREQUENCIES, law.pitch
     low_pass = law.filter_frequency / (s + law.filter_frequency)
     gain = pitch.proportional_gain + pitch.integral_gain / s
     loops = []
     for point, response in zip(points, responses, strict=True):
-        slope, divisor = region_3(law, point)
+        slope, divisor = of_small_changes(law, point)
         loop = -low_pass * (response[:, 0] * slope + response[:, 1] * (gain / divisor))
         loops.append(OpenLoop(point.wind.speed, FREQUENCIES, loop, 0.0))
     return loops
