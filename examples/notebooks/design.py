@@ -1,9 +1,9 @@
 # %% [markdown]
 # # Gains by gradients, and their proof
 #
-# `meltemi optimise` changes numbers of a turbine until an objective over several runs is
-# smallest. Here these are two gains and a filter of the pitch control of the NREL 5 MW:
-# less load of the tower and a steadier speed, without more pitch activity.
+# `meltemi optimise` changes numbers of a turbine until an objective over several runs
+# is smallest. Here these are two gains and a filter of the pitch control of the NREL
+# 5 MW: less load of the tower and a steadier speed, without more pitch activity.
 
 # %%
 import matplotlib.pyplot as plt
@@ -30,8 +30,8 @@ design = meltemi.analysis.Design(
 found = meltemi.analysis.optimise(design, workers=2)
 
 # %% [markdown]
-# The gradient is checked against differences of whole runs before the search, which then
-# takes a few iterations. Gains are factors on those of the turbine's file.
+# The gradient is checked against differences of whole runs before the search, which
+# then takes a few iterations. Gains are factors on those of the turbine's file.
 
 # %%
 print(f"gradient: relative difference {found.check.error:.0e}")
@@ -42,8 +42,9 @@ for limit, multiplier in found.multipliers.items():
     print(f"active: {limit}; 1 % more would bring {multiplier:.2f} %")
 
 # %% [markdown]
-# What counts are winds that the optimiser has not seen. Both controllers run in the same
-# fields; the change of each seed is a sample, and the bars are 95 % intervals of the mean.
+# What counts are winds that the optimiser has not seen. Both controllers run in the
+# same fields; the change of each seed is a sample, and bars are 95 % intervals of the
+# mean.
 
 # %%
 figure, (left, right) = plt.subplots(1, 2, figsize=(9.0, 3.2), layout="constrained")

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numba
-import numpy as np
 import pytest
 
 from meltemi import load_turbine
@@ -51,7 +50,9 @@ def test_values_are_those_of_the_commands_and_derivatives_those_of_differences()
     assert found["damping 1st edge forward whirl at 14"] == pytest.approx(held.damping[edge, 1], rel=0.01)
     assert found["damping 1st tower side-side at 8"] == pytest.approx(held.damping[side, 0], rel=0.01)
     still = study(variables={"controller.proportional_gain": {"low": 0.3, "high": 3.0, "relative": True}}).runs
-    (loop,) = speed_loops(load_turbine("iea15mw-volturnus").control, [linear.point], speed_responses(model, [linear.point]))
+    (loop,) = speed_loops(
+        load_turbine("iea15mw-volturnus").control, [linear.point], speed_responses(model, [linear.point])
+    )
     without = still.statistics(still.variables.start).of_turbine
     for name in ("sensitivity speed at 14", "sensitivity pitch at 14"):
         assert loop.sensitivity <= without[name] < 1.01 * loop.sensitivity

@@ -17,11 +17,24 @@ from meltemi.designs.operation import LAW, under_law, value_and_slopes
 from meltemi.designs.settings import VariableSetting
 from meltemi.designs.terms import of_turbine, term_of
 from meltemi.designs.tower import area_and_second_moment, put_walls, strain_per_moment, wall_thickness
-from meltemi.designs.variables import variables_of
+from meltemi.designs.variables import Variables, variables_of
 from meltemi.tuning.speed_loop import FREQUENCIES, speed_loops
+from meltemi.turbine.definition import Tower
 
-FLOATER = load_turbine("iea15mw-volturnus")
-assert isinstance(FLOATER, Turbine)
+
+def turbine(name: str) -> Turbine:
+    found = load_turbine(name)
+    assert isinstance(found, Turbine)
+    return found
+
+
+def tower_of(variables: Variables, *x: float) -> Tower:
+    changed = variables.apply(x)
+    assert isinstance(changed, Turbine)
+    return changed.tower
+
+
+FLOATER = turbine("iea15mw-volturnus")
 
 
 # ------------------------------------------------------------------------------------------------------ masses
@@ -32,7 +45,8 @@ def test_masses_are_those_of_the_description() -> None:
     assert kg["platform"] == 17.838e6 and kg["moorings"] == pytest.approx(3 * 850.0 * 685.0)
     assert kg["rotor"] == pytest.approx(3.0 * kg["blade"] + FLOATER.hub.mass)
     assert kg["nacelle"] == FLOATER.nacelle.mass and {"support", "frame"}.isdisjoint(kg)
-    pile = load_turbine("iea15mw-monopile").support
+    pile = turbine("iea15mw-monopile").support
+    assert pile is not None
     ring = lambda z: (  # noqa: E731
         np.pi * np.interp(z, pile.position, pile.thickness)
         * (np.interp(z, pile.position, pile.diameter) - np.interp(z, pile.position, pile.thickness))
@@ -43,8 +57,9 @@ def test_masses_are_those_of_the_description() -> None:
 
 
 def test_a_frame_has_the_mass_of_its_tubes_and_joints() -> None:
-    jacket = load_turbine("nrel5mw-jacket")
-    frame, steel = jacket.frame, 0.0
+    jacket = turbine("nrel5mw-jacket")
+    frame: Any = jacket.frame
+    steel = 0.0
     for member in frame.members.values():
         ends, tube = [np.asarray(frame.joints[name]) for name in member.joints], frame.sections[member.section]
         ring = np.pi * tube.thickness * (tube.diameter - tube.thickness)
@@ -90,7 +105,7 @@ def test_the_modulus_hardly_matters() -> None:
     t = 0.5 * (d - (d**4 - 64.0 / np.pi * second) ** 0.25)
     assert np.asarray(tower.mass)[:-1] == pytest.approx(8346.0 * area_and_second_moment(d, t)[0][:-1], rel=2e-6)
     variables = variables_of({"tower.thickness": VariableSetting(low=0.5, high=2.0)}, FLOATER, {})
-    changed = variables.apply([factor]).tower
+    changed = tower_of(variables, factor)
     area, moment = area_and_second_moment(d, factor * t)
     np.testing.assert_allclose(changed.mass[:-1], 8346.0 * area[:-1], rtol=2e-4)
     np.testing.assert_allclose(changed.fore_aft_stiffness, 200e9 * moment, rtol=5e-4)
@@ -102,9 +117,9 @@ def test_variables_of_the_tower() -> None:
             "tower.diameter": VariableSetting(low=0.9, high=1.1)}  # fmt: skip
     variables = variables_of(both, FLOATER, {})
     assert variables.names == ["tower.thickness[1/2]", "tower.thickness[2/2]", "tower.diameter"]
-    same, tower = variables.apply([1.0, 1.0, 1.0]).tower, FLOATER.tower
+    same, tower = tower_of(variables, 1.0, 1.0, 1.0), FLOATER.tower
     np.testing.assert_allclose(same.fore_aft_stiffness, tower.fore_aft_stiffness, rtol=1e-12)
-    wider = variables.apply([1.0, 1.0, 1.1]).tower
+    wider = tower_of(variables, 1.0, 1.0, 1.1)
     np.testing.assert_allclose(wider.mass / tower.mass, 1.1, rtol=2e-3)  # of a thin tube
     np.testing.assert_allclose(wider.fore_aft_stiffness / tower.fore_aft_stiffness, 1.1**3, rtol=4e-3)
     with pytest.raises(InputError, match=r"did you mean 'tower.thickness'"):
@@ -116,10 +131,12 @@ def test_variables_of_the_tower() -> None:
 def test_the_strain_is_that_of_bending() -> None:
     """M = 1e8 N m on a tube of 10 m and 0.1 m of 210 GPa: stress M D / 2 I over the modulus."""
     _, second = area_and_second_moment(np.array([10.0]), np.array([0.1]))
-    tower = SimpleNamespace(diameter=[10.0], fore_aft_stiffness=210e9 * second)
+    turbine = SimpleNamespace(tower=SimpleNamespace(diameter=[10.0], fore_aft_stiffness=210e9 * second))
     stress = 1e8 * 5.0 / float(second[0])
-    assert 1e8 * strain_per_moment(tower) == pytest.approx(stress / 210e9)
+    assert 1e8 * strain_per_moment(turbine) == pytest.approx(stress / 210e9)
     term = term_of("del tower_base_strain", 1.0)
+    with pytest.raises(InputError, match="pmsg20mw has no tower"):
+        strain_per_moment(load_turbine("pmsg20mw"))
     assert term.strain and term.of == "tower_base_moment_fore_aft" and not term_of("del TwrBsMyt", 1.0).strain
 
 
@@ -185,7 +202,10 @@ def test_derivatives_by_the_matrix(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("damping base pitch", "expected a name and a wind speed .m/s., for instance: damping 1st tower fore-aft at 14"),
+        (
+            "damping base pitch",
+            "expected a name and a wind speed .m/s., for instance: damping 1st tower",
+        ),
         ("sensitivity at 14", "for instance: sensitivity speed at 14"),
         ("sensitivity sped at 14", "the loop is opened at the speed or the pitch, not 'sped'"),
         ("damping base pich at 14", "did you mean 'base pitch'"),

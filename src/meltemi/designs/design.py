@@ -377,7 +377,7 @@ class _Study:
         if extremes := [(i, term) for i, term in enumerate(runs.of_runs) if term.soft]:
             result = runs.simulated(x, 0)
             for i, term in extremes:
-                per = strain_per_moment(self.variables.apply(x).tower) if term.strain else 1.0
+                per = strain_per_moment(self.variables.apply(x)) if term.strain else 1.0
                 soft[term.name] = float(found[1].of_runs[0, i]), per * hard(term, result, cases[0].case.transient)
         return changes, [c.name for c in cases], soft
 

@@ -24,12 +24,11 @@ def masses(turbine: Any) -> dict[str, float]:
         found["blade"] = float(np.trapezoid(line, structure.position))
         found["hub"], found["nacelle"] = turbine.hub.mass, turbine.nacelle.mass
         found["rotor"] = turbine.n_blades * found["blade"] + turbine.hub.mass
-    if (tower := getattr(turbine, "tower", None)) is not None:
-        found["tower"] = float(np.trapezoid(tower.mass, tower.position))
+        found["tower"] = float(np.trapezoid(turbine.tower.mass, turbine.tower.position))
     if (pile := getattr(turbine, "support", None)) is not None:
         found["support"] = pile.density * _volume(pile) + sum(each.mass for each in pile.masses)
     if (frame := getattr(turbine, "frame", None)) is not None:
-        parts = frame_masses(assemble(frame, tower_base(frame, tower)))
+        parts = frame_masses(assemble(frame, tower_base(frame, turbine.tower)))
         found["frame"] = parts.get("steel", 0.0) + parts.get("masses at joints", 0.0)
     if (platform := getattr(turbine, "platform", None)) is not None:
         found["platform"] = platform.mass

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.analyses.campbell import AZIMUTHS, follow
-from meltemi.analyses.linear import LinearModel, linearise
+from meltemi.analyses.campbell import follow
+from meltemi.analyses.linear import AZIMUTHS, LinearModel, linearise
 from meltemi.analyses.modes import Mode
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
@@ -172,10 +172,13 @@ class Operation:
     def _by_matrix(self, x: Float) -> dict[str, tuple[float, Float]]:
         if self._found[0] != x.tobytes():
             speeds = {term.name: operation_of(term)[1] for term in self.terms}
-            self._found = x.tobytes(), {
-                t.name: value_and_slopes(t, self.linear(x, speeds[t.name]), self.matrix(x, speeds[t.name]))
-                for t in self.terms
-            }
+            self._found = (
+                x.tobytes(),
+                {
+                    t.name: value_and_slopes(t, self.linear(x, speeds[t.name]), self.matrix(x, speeds[t.name]))
+                    for t in self.terms
+                },
+            )
         return self._found[1]
 
     def slopes(self, x: Float) -> dict[str, Float]:

@@ -191,7 +191,7 @@ class Runs:
         self.of_runs = [t for t in terms if t.of_runs]
         self.of_turbine = [t for t in terms if not t.of_runs]
         self.strained = [i for i, t in enumerate(self.of_runs) if t.strain]
-        self.per = np.array([strain_per_moment(variables.turbine.tower) if t.strain else 1.0 for t in self.of_runs])
+        self.per = np.array([strain_per_moment(variables.turbine) if t.strain else 1.0 for t in self.of_runs])
         self.channels = tuple(dict.fromkeys(t.of for t in self.of_runs)) or ("generator_power",)
         self.units = np.ones(len(self.of_runs))
         self.slopes = np.ones(len(self.of_runs))
@@ -324,7 +324,7 @@ class Runs:
             raise TrialError(str(error)) from None
         rows = self._all(lambda number: self._row(x, number)) if self.of_runs else [np.zeros(0)] * len(self.cases)
         found = np.array(rows).reshape(len(self.cases), len(self.of_runs))
-        found[:, self.strained] *= strain_per_moment(model.turbine.tower) if self.strained else 1.0
+        found[:, self.strained] *= strain_per_moment(model.turbine) if self.strained else 1.0
         if not np.all(np.isfinite(found)) or not all(np.isfinite(v) for v in fixed.values()):
             raise TrialError("a statistic is not a finite number")
         return Statistics(found, fixed)
@@ -536,9 +536,10 @@ class Runs:
 
     def _per_moment(self, x: Float) -> tuple[float, Float]:
         """Strain per moment at the tower's base, and its (P,) derivatives."""
+
         def strain(p: int, h: float) -> dict[str, Float]:
-            tower = self._turbine(self._moved(x, p, h), self.cases[0].case).tower
-            return {"strain": np.array(strain_per_moment(tower))}
+            turbine = self._turbine(self._moved(x, p, h), self.cases[0].case)
+            return {"strain": np.array(strain_per_moment(turbine))}
 
         slopes = [extrapolated(partial(strain, p), self.step(x, p))[0] for p in range(len(x))]
         return float(strain(0, 0.0)["strain"]), np.array([float(each.get("strain", 0.0)) for each in slopes])

@@ -56,14 +56,20 @@ def put_walls(tower: dict[str, Any], factors: Mapping[str, Float]) -> None:
     if np.any(2.0 * new[1] >= new[0]):
         raise InputError("variables: tower.thickness: the wall is thicker than the tower's radius")
     ratios = np.array(area_and_second_moment(*new)) / np.array(area_and_second_moment(diameter, thickness))
-    of = {name: 0 for name in ("mass", "axial_stiffness", "shear_stiffness")}
-    of |= {name: 1 for name in ("fore_aft_stiffness", "side_side_stiffness", "torsion_stiffness")}
+    of = dict.fromkeys(("mass", "axial_stiffness", "shear_stiffness"), 0)
+    of |= dict.fromkeys(("fore_aft_stiffness", "side_side_stiffness", "torsion_stiffness"), 1)
     tower["diameter"] = list(new[0])
     for name, i in of.items():
         if tower.get(name) is not None:
             tower[name] = list(np.asarray(tower[name], dtype=float) * ratios[i])
 
 
-def strain_per_moment(tower: Any) -> float:
-    """[1/(N m)] strain of the outer fibre at the tower's base by a fore-aft moment (G-17)."""
+def strain_per_moment(turbine: Any) -> float:
+    """[1/(N m)] strain of the outer fibre at the tower's base by a fore-aft moment (G-17).
+
+    Raises:
+      InputError: the turbine has no tower.
+    """
+    if (tower := getattr(turbine, "tower", None)) is None:
+        raise InputError(f"terms: tower_base_strain: {turbine.name} has no tower")
     return 0.5 * float(tower.diameter[0]) / float(tower.fore_aft_stiffness[0])
