@@ -133,33 +133,33 @@ class Operation:
 
     Args:
       terms: the terms.
-      model: the model of a design.
+      model: the model of a design, or of one beside another (``Variables.apply``).
       origin: (P,) the design at the start.
       steady: (P,) whether a variable acts on steady operation; linear models are kept for those that do not.
       steps: (P,) steps of the differences of the matrix.
     """
 
     def __init__(
-        self, terms: Sequence[Term], model: Callable[[Float], Model[Any]], origin: Float, steady: NDArray[np.bool_],
-        steps: Float,
+        self, terms: Sequence[Term], model: Callable[[Float, Float | None], Model[Any]], origin: Float,
+        steady: NDArray[np.bool_], steps: Float,
     ) -> None:  # fmt: skip
         self.terms, self.model, self.origin, self.steady, self.steps = terms, model, origin, steady, steps
-        self._linear: dict[tuple[bytes, float], LinearModel] = {}
+        self._linear: dict[tuple[bytes, float, bytes | None], LinearModel] = {}
         self._found: tuple[bytes, dict[str, tuple[float, Float]]] = b"", {}
 
-    def linear(self, x: Float, wind_speed: float) -> LinearModel:
+    def linear(self, x: Float, wind_speed: float, about: Float | None = None) -> LinearModel:
         """The linear model of a design, without the law."""
         held = np.where(self.steady, x, self.origin)
-        key = held.tobytes(), wind_speed
+        key = held.tobytes(), wind_speed, None if about is None else about.tobytes()
         if key not in self._linear:
             while len(self._linear) > 4 * len(x):
                 self._linear.pop(next(iter(self._linear)))
-            self._linear[key] = linear_model(self.model(held), wind_speed)
+            self._linear[key] = linear_model(self.model(held, about), wind_speed)
         return self._linear[key]
 
-    def matrix(self, x: Float, wind_speed: float) -> Float:
+    def matrix(self, x: Float, wind_speed: float, about: Float | None = None) -> Float:
         """The linear model of a design under its law."""
-        return under_law(self.linear(x, wind_speed), self.model(x).turbine.control)
+        return under_law(self.linear(x, wind_speed, about), self.model(x, about).turbine.control)
 
     def values(self, x: Float) -> dict[str, float]:
         """Terms by name.
@@ -192,7 +192,7 @@ class Operation:
             change = np.zeros(len(x))
             change[p] = h
             for speed in {operation_of(term)[1] for term in self.terms}:
-                low, high = (self.matrix(x + sign * change, speed) for sign in (-1.0, 1.0))
+                low, high = (self.matrix(x + sign * change, speed, x) for sign in (-1.0, 1.0))
                 for term in self.terms:
                     by = self._by_matrix(x)[term.name][1]
                     if operation_of(term)[1] == speed:

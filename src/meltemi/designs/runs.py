@@ -213,7 +213,7 @@ class Runs:
         self._held: dict[int, _Held] = {}
         each, case = self.variables.each, self.cases[0].case
         self.operation = Operation(
-            [t for t in self.of_turbine if t.of_operation], lambda x: self.model(x, case), self.origin,
+            [t for t in self.of_turbine if t.of_operation], lambda x, about: self.model(x, case, about), self.origin,
             np.array([not (v.of_controller or v.path in WITHOUT_START) for v in each]),
             START_STEP * self.variables.scale,
         )  # fmt: skip
@@ -538,7 +538,7 @@ class Runs:
         """Strain per moment at the tower's base, and its (P,) derivatives."""
 
         def strain(p: int, h: float) -> dict[str, Float]:
-            turbine = self._turbine(self._moved(x, p, h), self.cases[0].case)
+            turbine = self._turbine(self._moved(x, p, h), self.cases[0].case, x)
             return {"strain": np.array(strain_per_moment(turbine))}
 
         slopes = [extrapolated(partial(strain, p), self.step(x, p))[0] for p in range(len(x))]
