@@ -78,16 +78,13 @@ def _mesh(section: Section, pieces: int) -> Mesh:
     taken = [(f.real.min(), f.real.max()) for pair in feet for f in pair]
     for i, (a, b) in enumerate(taken):
         if any(a < d and c < b for c, d in taken[:i]):
-            raise InputError(f"{section.name}: webs {_names(section)} overlap where they meet the shell")
+            names = ", ".join(web.name for web in section.webs)
+            raise InputError(f"{section.name}: webs {names} overlap where they meet the shell")
     columns = columns_of(shell, 1.0 / pieces, [f for pair in feet for f in pair], ramps=True)
     grid = _Grid(shell, columns, 1.0 / pieces)
     for w, pair in enumerate(feet):
         grid.add_web(w, pair, pieces)
     return grid.mesh()
-
-
-def _names(section: Section) -> str:
-    return ", ".join(web.name for web in section.webs)
 
 
 def _faces(shell: Shell, w: int) -> tuple[Numbers, Numbers, Numbers]:
@@ -276,17 +273,11 @@ def shapes(a: float, b: float) -> tuple[NDArray[np.float64], NDArray[np.float64]
     """(8,) shape functions of an element with eight nodes, and (2, 8) their derivatives."""
     xa, xb = np.array([-1.0, 1.0, 1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
     ca, cb = 1.0 + a * xa, 1.0 + b * xb
-    N = np.concatenate([0.25 * ca * cb * (a * xa + b * xb - 1.0), np.zeros(4)])
-    D = np.zeros((2, 8))
-    D[0, :4] = 0.25 * xa * cb * (2.0 * a * xa + b * xb)
-    D[1, :4] = 0.25 * xb * ca * (a * xa + 2.0 * b * xb)
-    for i, sign in ((4, -1.0), (6, 1.0)):
-        N[i] = 0.5 * (1.0 - a * a) * (1.0 + sign * b)
-        D[:, i] = -a * (1.0 + sign * b), 0.5 * sign * (1.0 - a * a)
-    for i, sign in ((5, 1.0), (7, -1.0)):
-        N[i] = 0.5 * (1.0 - b * b) * (1.0 + sign * a)
-        D[:, i] = 0.5 * sign * (1.0 - b * b), -b * (1.0 + sign * a)
-    return N, D
+    low, right, high, left, A, B = 1.0 - b, 1.0 + a, 1.0 + b, 1.0 - a, 0.5 * (1.0 - a * a), 0.5 * (1.0 - b * b)
+    N = [*(0.25 * ca * cb * (a * xa + b * xb - 1.0)), A * low, B * right, A * high, B * left]
+    by_a = [*(0.25 * xa * cb * (2.0 * a * xa + b * xb)), -a * low, B, -a * high, -B]
+    by_b = [*(0.25 * xb * ca * (a * xa + 2.0 * b * xb)), -A, -b * right, A, -b * left]
+    return np.array(N), np.array([by_a, by_b])
 
 
 def material_axes(section: Section, mesh: Mesh) -> NDArray[np.float64]:

@@ -156,6 +156,7 @@ class Columns:
       inward: (J + 1, 2) displacement of a node inwards for each metre of depth.
       room: (J + 1,) [m] greatest depth.
       present: (J, plies) plies of the columns.
+      beside: (J + 1,) columns before and behind each node; where one of them has no plies, the other.
       smooth: (J + 1,) whether ``inward`` is across a smooth contour: not at corners, nor where both sides meet.
       closed: whether the last node is the first.
       bonded: nodes whose inner ends are one: pairs.
@@ -166,6 +167,7 @@ class Columns:
     inward: Numbers
     room: Numbers
     present: NDArray[np.bool_]
+    beside: tuple[NDArray[np.intp], NDArray[np.intp]]
     smooth: NDArray[np.bool_]
     closed: bool
     bonded: tuple[tuple[int, int], ...]
@@ -243,12 +245,9 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
     t /= np.hypot(*t.T)[:, None]
     normal = np.stack([t[:, 1], -t[:, 0]], axis=1)
     present = shell.present(0.5 * (s[1:] + s[:-1]).real)
-    some = np.any(present, axis=1)
-    before, behind = np.roll(np.arange(len(s)), 1) - 1, np.arange(len(s))
-    before[0], behind[-1] = (len(t) - 1, 0) if closed else (0, len(t) - 1)
-    before = np.concatenate([[before[0]], np.arange(len(t))])
-    a = np.where(some[before], before, behind)
-    b = np.where(some[behind], behind, before)
+    some, n = np.any(present, axis=1), np.arange(len(t))
+    before, behind = np.append(n[-1] if closed else 0, n), np.append(n, 0 if closed else n[-1])
+    beside = a, b = np.where(some[before], before, behind), np.where(some[behind], behind, before)
     inward = normal[a] + normal[b]
     inward /= np.maximum(np.sum(inward * normal[a], axis=1), 0.2)[:, None]  # the mitre of a corner
     real = s.real
@@ -275,7 +274,7 @@ def _columns(shell: Shell, s: Numbers, spacing: float) -> Columns:
                 room[i] = gap * thick[depth] / share
             if BOND * share.real >= 0.999 * gap.real:
                 bonded.append((j, k))
-    return Columns(s, outer, inward, room, present, smooth, closed, tuple(bonded))
+    return Columns(s, outer, inward, room, present, beside, smooth, closed, tuple(bonded))
 
 
 def depths(shell: Shell, columns: Columns) -> Numbers:
@@ -285,13 +284,8 @@ def depths(shell: Shell, columns: Columns) -> Numbers:
     stack = np.zeros((len(columns.present), int(slots.max(initial=-1)) + 1), dtype=columns.room.dtype)
     for k, slot in enumerate(slots):
         stack[:, slot] += columns.present[:, k] * shell.thickness[k]
-    some = np.any(columns.present, axis=1)
-    n = len(stack)
-    before = np.concatenate([[n - 1 if columns.closed else 0], np.arange(n)])
-    behind = np.concatenate([np.arange(n), [0 if columns.closed else n - 1]])
-    a, b = np.where(some[before], before, behind), np.where(some[behind], behind, before)
-    depth = np.cumsum(0.5 * (stack[a] + stack[b]), axis=1)
-    depth = np.concatenate([np.zeros((len(depth), 1)), depth], axis=1)
+    a, b = columns.beside
+    depth = np.pad(np.cumsum(0.5 * (stack[a] + stack[b]), axis=1), ((0, 0), (1, 0)))
     bonded = {i for pair in columns.bonded for i in pair}
     for j in range(len(depth)):
         over = depth[j].real > (
