@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
+from meltemi.app.scans import values_of
 from meltemi.app.signatures import Range
 from meltemi.app.terminal import OutOption, print_table, progress_bar, say, suggest, warn, write_figure, wrote
 from meltemi.core.errors import InputError
@@ -20,7 +21,7 @@ NAMES = {"walls": "thin walls", "elements": "finite elements"}
 
 def section(
     file: Annotated[Path, "Layup of a blade: a windIO file, a layup file, or a turbine of the library that has one."],
-    at: Annotated[tuple[str, ...], "Stations as fractions of the span, separated by commas."] = ("0.25", "0.5", "0.75"),
+    at: Annotated[str, "Stations as fractions of the span, e.g. 0.3,0.5 or 0.1:0.9:0.2."] = "0.25,0.5,0.75",
     model: Annotated[
         Literal["both", "walls", "elements"], "Thin walls, finite elements, or both and their difference."
     ] = "both",
@@ -35,7 +36,9 @@ def section(
     from meltemi.sections.thin_walled import thin_walled_section
 
     layup = find_layup(file)
-    stations = [_station(text) for text in at]
+    stations = values_of(at, "--at")
+    if wrong := [station for station in stations if not 0.0 <= station <= 1.0]:
+        raise InputError(f"--at {wrong[0]:g}: expected fractions of the span from 0 to 1")
     kinds = list(NAMES) if model == "both" else [model]
     matrices, centres, masses, files, problems = [], [], [], [], []
     with progress_bar("sections", len(stations), "stations") as progress:
@@ -74,18 +77,6 @@ def section(
     )
     wrote(*files)
     suggest("section", file, "--at", f"{stations[0]:g}", "--model", "elements", "--pieces", 2 * pieces)
-
-
-def _station(text: str) -> float:
-    try:
-        station = float(text)
-    except ValueError:
-        station = np.nan
-    if not 0.0 <= station <= 1.0:
-        raise InputError(
-            f"--at {text}: expected fractions of the span from 0 to 1, separated by commas, such as 0.25,0.5"
-        )
-    return station
 
 
 def _quantities(made: SectionModel) -> list[tuple[str, str, float]]:
