@@ -381,6 +381,20 @@ def test_plies_of_a_load_base(tmp_path: Path) -> None:
     assert third.damage == pytest.approx(worst(3, 0.75), rel=0.05)  # in phase
     apart = worst(2, 0.5)
     assert apart < second.damage < 1.3 * apart
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="no load base"):
-        base_blade_strength(tmp_path / "empty", layup_of(strong))
+    (tmp_path / "planned").mkdir()
+    write_campaign(planned.campaign, tmp_path / "planned")
+    with pytest.raises(InputError, match="no ultimate loads"):
+        base_blade_strength(tmp_path / "planned", layup_of(strong))
+
+
+def test_plies_of_a_load_base_without_fatigue(tmp_path: Path) -> None:
+    planned = small_plan(("1.3",))
+
+    def series(case: PlannedCase, time: np.ndarray) -> dict[str, np.ndarray]:
+        return {f"station_{n}_moment_y_{b}": 1e6 + 0.0 * time for n in (1, 2, 3) for b in (1, 2, 3)}
+
+    write_campaign(planned.campaign, tmp_path)
+    synthetic_base(tmp_path, planned, series)
+    found = base_blade_strength(tmp_path, layup_of(GLASS))
+    assert all(x.index > 0.0 and np.isnan(x.damage) for x in found.layers)
+    assert max(p.index for p in found.panels) > 0.0

@@ -191,17 +191,15 @@ def base_blade_strength(
         each = [(time[i], loads[i]) if len(i) else none for i in mine]
 
         def damage(unit: Float, line: SnLine) -> float:
-            stress, worst = turn.T @ unit, 0.0
-            for blade in points[name]:
-                found = [counted[channel] for channel in blade.channels if channel in counted]
-                if len(found) == len(SIX):
-                    means = np.stack([each.means for each in found], axis=1) * stress
-                    total = 0.0
-                    for k, (cycles, codes, _) in enumerate(found):
-                        middle = stress[k] * cycles.means + (means.sum(axis=1) - means[:, k])[codes]
-                        part = Cycles(abs(stress[k]) * cycles.ranges, middle, cycles.counts)
-                        total += goodman_damage(part, line) ** (1.0 / line.m)
-                    worst = max(worst, total**line.m)
+            stress, worst = turn.T @ unit, float("nan")  # without cases of fatigue
+            for blade in points[name] if counted else ():
+                found = [counted[channel] for channel in blade.channels]
+                means, total = np.stack([each.means for each in found], axis=1) * stress, 0.0
+                for k, (cycles, codes, _) in enumerate(found):
+                    middle = stress[k] * cycles.means + (means.sum(axis=1) - means[:, k])[codes]
+                    part = Cycles(abs(stress[k]) * cycles.ranges, middle, cycles.counts)
+                    total += goodman_damage(part, line) ** (1.0 / line.m)
+                worst = float(np.fmax(worst, total**line.m))
             return worst
 
         return StationLoads(place, [at for at, _ in each], [load for _, load in each], damage)
