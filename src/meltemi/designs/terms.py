@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
+from meltemi.analyses.campbell import follow, multiblade_components
 from meltemi.analyses.modes import natural_modes
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.designs.masses import masses
@@ -222,9 +223,11 @@ def of_turbine(term: Term, model: Model[Any]) -> float:
             raise InputError(f"terms: {term.name!r}: {did_you_mean(term.of, parts)}")
         return parts[term.of]
     if term.kind == "frequency":
-        modes: dict[str, float] = {}
-        for mode in natural_modes(model):
-            modes.setdefault(mode.name, mode.frequency / TWO_PI)
+        found = natural_modes(model)
+        curves = follow([[multiblade_components(mode) for mode in found]], [0], turning=False)
+        named = {name: modes[0] for name, modes in curves.items()}  # also where two modes share a coordinate
+        named |= {mode.name: mode for mode in reversed(found)}
+        modes = {name: mode.frequency / TWO_PI for name, mode in named.items() if mode}
         if term.of not in modes:
             raise InputError(f"terms: {term.name!r}: {did_you_mean(term.of, modes)}")
         return float(modes[term.of])
