@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numba
+import numpy as np
 import pytest
 from ruamel.yaml import YAML
 
@@ -14,6 +15,7 @@ from meltemi import InputError, load_turbine
 from meltemi.analysis import optimise
 from meltemi.core.yamlfile import read_record, validated
 from meltemi.designs.commands import optimise as command
+from meltemi.designs.design import Teller, _Study, read_design
 from meltemi.designs.settings import Design
 
 ROOT = Path(__file__).parents[2]
@@ -59,6 +61,17 @@ def test_the_design_of_the_page_is_that_of_the_examples() -> None:
     block = page.partition('```yaml title="design.yaml"\n')[2].partition("```")[0]
     example = read_record(ROOT / "examples/design.yaml", Design)
     assert validated(YAML(typ="safe").load(block), Design, "page") == example
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "examples").glob("design*.yaml")), ids=lambda file: file.stem)
+def test_the_designs_of_the_examples_are_valid(file: Path) -> None:
+    """Variables, terms, cases and the unseen ones, up to the first run."""
+    content = read_design(file)
+    study = _Study(content, file.parent, None, False, 1, Teller())
+    start = study.variables
+    assert np.all((start.low <= start.start) & (start.start <= start.high)) and len(start.each) >= len(content.variables)
+    assert {term.name for term in study.terms} == {*content.objective, *content.constraints}
+    assert len(study.unseen) > 3
 
 
 @pytest.mark.long

@@ -231,7 +231,8 @@ class _Study:
         settings = given.cases or tuple(s.replace(seeds=seeds) for s in self.design.cases)
         found = cases_of(self.design, self.folder, settings)
         known = {c.case.content_hash() for c in self.cases}
-        if seen := [c.name for c in found if hasattr(c.case.wind, "seed") and c.case.content_hash() in known]:
+        random = [c for c in found if getattr(c.case.wind, "seed", None) is not None]
+        if seen := [c.name for c in random if c.case.content_hash() in known]:
             raise InputError(f"proof: the optimiser sees {', '.join(seen)}: choose other seeds")
         return found
 
