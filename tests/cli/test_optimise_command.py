@@ -69,7 +69,8 @@ def test_the_designs_of_the_examples_are_valid(file: Path) -> None:
     content = read_design(file)
     study = _Study(content, file.parent, None, False, 1, Teller())
     start = study.variables
-    assert np.all((start.low <= start.start) & (start.start <= start.high)) and len(start.each) >= len(content.variables)
+    assert np.all((start.low <= start.start) & (start.start <= start.high))
+    assert len(start.each) >= len(content.variables)
     assert {term.name for term in study.terms} == {*content.objective, *content.constraints}
     assert len(study.unseen) > 3
 
