@@ -224,24 +224,22 @@ def far_apart(nodes: NDArray[np.float64]) -> NDArray[np.intp]:
 
 def _states(section: Section, mesh: Walls, u_0: Numbers, u_1: Numbers, psi: Numbers) -> PlyStates:
     """Plies on both of their faces in the middle of each wall."""
-    ply, where, position, strain, stress = [], [], [], [], []
-    SZ, B, SN, _, points, n = strains(mesh, 0.5)
-    pairs = np.array([wall.nodes for wall in mesh.walls])
-    all_held = SZ @ psi + B @ u_0[pairs] + SN @ u_1[pairs]
-    for w, (wall, held) in enumerate(zip(mesh.walls, all_held, strict=True)):
-        if wall.link:
-            continue
-        free = wall.laminate.across @ held
-        membrane, curvature = np.stack([held[0], free[0], held[1]]), np.stack([held[2], free[1], held[3]])
-        for (i, _), *faces in zip(wall.plies, wall.laminate.faces[:-1], wall.laminate.faces[1:], strict=True):
-            material = section.materials[section.plies[i].material]
-            for depth in faces:
-                plane = rotation(section.plies[i].angle) @ (membrane + depth * curvature)
-                inside = np.zeros((6, 6), dtype=plane.dtype)
-                inside[[0, 1, 5]] = material.plane @ plane
-                ply.append(i)
-                where.append(w)
-                position.append(points[:, w] + depth * n[:, w])
-                stress.append(inside)
-                strain.append(material.compliance @ inside)
-    return PlyStates(np.array(ply), np.array(where), np.array(position), np.array(strain), np.array(stress))
+    points = [
+        (w, i, depth)
+        for w, wall in enumerate(mesh.walls)
+        for (i, _), *faces in zip(wall.plies, wall.laminate.faces[:-1], wall.laminate.faces[1:], strict=True)
+        for depth in (() if wall.link else faces)
+    ]
+    wall, ply = np.array([point[:2] for point in points]).T
+    depth = np.array([point[2] for point in points])
+    SZ, B, SN, _, middle, n = strains(mesh, 0.5)
+    pairs = np.array([each.nodes for each in mesh.walls])
+    held = SZ @ psi + B @ u_0[pairs] + SN @ u_1[pairs]
+    free = np.stack([each.laminate.across for each in mesh.walls]) @ held
+    membrane, curvature = (np.stack([held[:, k], free[:, k // 2], held[:, k + 1]], axis=1)[wall] for k in (0, 2))
+    materials = [section.materials[each.material] for each in section.plies]
+    stiff = np.stack([m.plane @ rotation(p.angle) for m, p in zip(materials, section.plies, strict=True)])
+    stress = np.zeros((len(points), 6, 6), dtype=held.dtype)
+    stress[:, [0, 1, 5]] = stiff[ply] @ (membrane + depth[:, None, None] * curvature)
+    strain = np.stack([material.compliance for material in materials])[ply] @ stress
+    return PlyStates(ply, wall, (middle[:, wall] + depth * n[:, wall]).T, strain, stress)

@@ -1,4 +1,4 @@
-"""Strength of a blade's plies, spar caps and sandwich faces under its section loads (G-7 to G-20).
+"""Strength of a blade's plies, spar caps and sandwich faces under its section loads (G-7 to G-19).
 
 Reference: docs/theory/strength.md.
 """
@@ -220,7 +220,7 @@ def blade_strength(  # noqa: PLR0913 - settings by name
     stations: Sequence[float] | None = None,
     names: Sequence[str] = (),
 ) -> BladeStrength:
-    """Strength of plies, spar caps and sandwich faces at the stations of results (G-7 to G-20).
+    """Strength of plies, spar caps and sandwich faces at the stations of results (G-7 to G-19).
 
     Args:
       results: results with section loads of the blade.

@@ -23,6 +23,7 @@ Content = dict[str, Any]
 
 BLADE = "components.blade"
 ENDS = ("start_nd_arc", "end_nd_arc")
+MODULI = {"E": ("E1", "E2", "E3"), "G": ("G12", "G13", "G23"), "nu": ("nu12", "nu13", "nu23")}
 STRENGTHS = {"Xt": ("Xt", "Yt"), "Xc": ("Xc", "Yc"), "S": ("S12",), "m": ("fatigue_exponent",)}
 
 
@@ -151,19 +152,18 @@ class _Reader:
         for name in dict.fromkeys(names):
             if name not in known:
                 raise self._fail("materials", f"no material {name!r}: {did_you_mean(name, known)}")
-            found[name] = self._material(name, known[name])
+            found[name] = self._material(known[name], f"{self.tree.where}: materials {name}")
         return found
 
-    def _material(self, name: str, m: Content) -> Content:
-        where = f"{self.tree.where}: materials {name}"
+    def _material(self, m: Content, where: str) -> Content:
         content: Content = {"density": as_number(m.get("rho"), f"{where}: rho")}
-        if bool(m.get("orth")):
-            for key, three in (("E", "E1 E2 E3"), ("G", "G12 G13 G23"), ("nu", "nu12 nu13 nu23")):
-                content |= dict(zip(three.split(), as_numbers(m.get(key), f"{where}: {key}", 3).tolist(), strict=True))
+        if m.get("orth"):
+            values = {key: as_numbers(m.get(key), f"{where}: {key}", 3).tolist() for key in MODULI}
         else:
-            E, nu = as_number(m.get("E"), f"{where}: E"), as_number(m.get("nu"), f"{where}: nu")
-            content |= dict.fromkeys(("E1", "E2", "E3"), E) | dict.fromkeys(("nu12", "nu13", "nu23"), nu)
-            content |= dict.fromkeys(("G12", "G13", "G23"), E / (2.0 * (1.0 + nu)))
+            E, nu = (as_number(m.get(key), f"{where}: {key}") for key in ("E", "nu"))
+            values = {"E": [E] * 3, "G": [E / (2.0 * (1.0 + nu))] * 3, "nu": [nu] * 3}
+        for key, names in MODULI.items():
+            content |= dict(zip(names, values[key], strict=True))
         for key, ours in STRENGTHS.items():
             value = m.get(key)
             numbers = value if isinstance(value, list) else [value] * 3
@@ -173,10 +173,8 @@ class _Reader:
         return content
 
     def _web(self, web: Content) -> Content:
-        name = str(web.get("name"))
-        where = f"{self.structure}.webs {name}"
-        start, end = (self._arc(web, handle, where) for handle in ENDS)
-        return {"name": name, "start": start, "end": end}
+        start, end = (self._arc(web, handle, f"{self.structure}.webs {web.get('name')}") for handle in ENDS)
+        return {"name": str(web.get("name")), "start": start, "end": end}
 
     def _layer(self, layer: Content, plies: dict[str, Any]) -> Content:
         name, material = str(layer.get("name")), str(layer.get("material"))
@@ -185,16 +183,15 @@ class _Reader:
         if layer.get("thickness") is not None:
             content["thickness"] = self._curve(layer["thickness"], f"{where}.thickness")
         elif layer.get("n_plies") is not None:
-            one = as_number(
-                plies.get(material), f"{self.tree.where}: materials {material}: ply_t (for n_plies of {where})"
-            )
+            of = f"{self.tree.where}: materials {material}: ply_t (for n_plies of {where})"
+            one = as_number(plies.get(material), of)
             content["thickness"] = self._curve(layer["n_plies"], f"{where}.n_plies", one)
         else:
             raise self._fail(where, "thickness is missing")
         if layer.get("fiber_orientation") is not None:
             content["angle"] = self._curve(layer["fiber_orientation"], f"{where}.fiber_orientation", self.unit)
-        web = layer.get("web")
-        if web is not None:
+        known = None
+        if (web := layer.get("web")) is not None:
             content["web"] = str(web)
             if self.first:
                 return content
@@ -202,8 +199,6 @@ class _Reader:
             if web not in webs:
                 raise self._fail(where, f"no web {web!r}: {did_you_mean(str(web), webs)}")
             known = {str(a.get("name")): a for a in webs[web].get("anchors") or []}
-        else:
-            known = None
         for handle, ours in zip(ENDS, ("start", "end"), strict=True):
             content[ours] = self._arc(layer, handle, where, known)
         return content
@@ -232,11 +227,8 @@ class _Reader:
                 )
                 values = offset["values"] if isinstance(offset.get("values"), dict) else offset
                 return self._moved(base, self._curve(values, f"{where}.{key}"), 1.0, key == "offset_arc")
-        if (
-            handle in ENDS
-            and entry.get("width") is not None
-            and (found := self._from_width(entry, handle, where, anchors, depth))
-        ):
+        by_width = handle in ENDS and entry.get("width") is not None
+        if by_width and (found := self._from_width(entry, handle, where, anchors, depth)):
             return found
         if (plane := self._plane(entry, where)) is not None:
             return self._cut(*plane, handle)
@@ -279,9 +271,7 @@ class _Reader:
         for station in grid:
             contour = self.base.contour(float(station))
             angle = np.interp(station, *turn.values())
-            across = (
-                contour[:, 1] * np.cos(angle) + contour[:, 0] * np.sin(angle) - np.interp(station, *offset.values())
-            )
+            across = contour @ [np.sin(angle), np.cos(angle)] - np.interp(station, *offset.values())
             le, s = int(np.argmin(contour[:, 1])), arcs(contour)
             part = slice(0, le + 1) if suction else slice(le, None)
             order = np.argsort(across[part])
