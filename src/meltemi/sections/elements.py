@@ -128,12 +128,10 @@ class _Grid:
         self.depth = depths(shell, columns)
         self.points: list[Numbers] = []
         self.known: dict[tuple[Any, ...], int] = {}
-        self.elements: list[list[int]] = []
-        self.ply: list[int] = []
-        self.column: list[int] = []
-        self.along: list[Numbers] = []
+        self.made: list[tuple[list[int], int, int, Numbers]] = []
         self.bonded = {**{a: a for a, _ in columns.bonded}, **{b: a for a, b in columns.bonded}}
         self.last = len(columns.present)
+        self.ends = self.last + (not columns.closed)
         self.thick = np.diff(self.depth, axis=1).real > THINNEST
         for c in range(self.last):
             self._column(c)
@@ -143,9 +141,6 @@ class _Grid:
             self.known[key] = len(self.points)
             self.points.append(point)
         return self.known[key]
-
-    def _j(self, j: int) -> int:
-        return 0 if self.columns.closed and j == self.last else j
 
     def _level(self, j: int, k: int) -> int:
         """The interface that is at the same place as interface k of node j: that outside of absent plies."""
@@ -159,7 +154,7 @@ class _Grid:
     def corner(self, j: int, k: int) -> int:
         """Node of interface k at node j of the contour."""
         inner = k == self.depth.shape[1] - 1
-        j, k = self._j(j), self._level(j, k)
+        j, k = j % self.ends, self._level(j, k)
         if j in self.bonded and (inner or k == self._level(j, self.depth.shape[1] - 1)):
             a = self.bonded[j]
             return self._node(("bond", a), self._place(j, self.depth[j, k]))
@@ -167,14 +162,14 @@ class _Grid:
 
     def side(self, j: int, k: int) -> int:
         """Node in the middle of ply k at node j."""
-        j = self._j(j)
+        j = j % self.ends
         if not self.thick[j, k]:
             return self.corner(j, k)
         return self._node((j, "side", k), self._place(j, 0.5 * (self.depth[j, k] + self.depth[j, k + 1])))
 
     def middle(self, c: int, k: int) -> int:
         """Node in the middle of interface k of a column."""
-        a, b = self._j(c), self._j(c + 1)
+        a, b = c % self.ends, (c + 1) % self.ends
         while k > 0 and not (self.thick[a, k - 1] or self.thick[b, k - 1]):
             k -= 1
         one, two = self.corner(a, k), self.corner(b, k)
@@ -195,26 +190,20 @@ class _Grid:
             return
         n = self.last
         neighbours = [(c - 1) % n, (c + 1) % n] if self.columns.closed else [max(c - 1, 0), min(c + 1, n - 1)]
-        a, b = self._j(c), self._j(c + 1)
+        a, b = c % self.ends, (c + 1) % self.ends
         t = (self.columns.outer[c + 1] - self.columns.outer[c]).real
         for slot in range(self.depth.shape[1] - 1):
             if not (self.thick[a, slot] or self.thick[b, slot]):
                 continue
-            of = [
-                k
-                for where in (c, *neighbours)
-                for k in np.flatnonzero(self.columns.present[where])
-                if self.shell.slots[k] == slot
-            ]
+            same = self.shell.slots == slot
+            ply = next(k for at in (c, *neighbours) for k in np.flatnonzero(self.columns.present[at] & same))
             corners = [self.corner(a, slot), self.corner(b, slot), self.corner(b, slot + 1), self.corner(a, slot + 1)]
             middles = [self.middle(c, slot), self.side(b, slot), self.middle(c, slot + 1), self.side(a, slot)]
-            self._add(corners + middles, self.shell.plies[of[0]], c, t)
+            self._add(corners + middles, self.shell.plies[ply], c, t)
 
     def _add(self, nodes: list[int], ply: int, column: int, along: Numbers) -> None:
-        self.elements.append([nodes[i] for i in (3, 2, 1, 0, 6, 5, 4, 7)])  # from x to y: n is to the right of s
-        self.ply.append(ply)
-        self.column.append(column)
-        self.along.append(along / np.sqrt(np.sum(along**2)))
+        turned = [nodes[i] for i in (3, 2, 1, 0, 6, 5, 4, 7)]  # from x to y: n is to the right of s
+        self.made.append((turned, ply, column, along / np.hypot(*along)))
 
     def add_web(self, w: int, feet: tuple[Numbers, Numbers], pieces: int) -> None:
         """Elements of a web between the inner nodes of the shell."""
@@ -261,12 +250,9 @@ class _Grid:
                 self._add(nodes, ply, column + m, (b[k] - a[k]).real)
 
     def mesh(self) -> Mesh:
-        elements = np.array(self.elements)
-        used = np.unique(elements)
-        place = np.full(len(self.points), -1)
-        place[used] = np.arange(len(used))
-        ints = (np.array(self.ply), np.array(self.column))
-        return Mesh(np.array(self.points)[used], place[elements], *ints, np.array(self.along))
+        elements, ply, column, along = (np.array(each) for each in zip(*self.made, strict=True))
+        used, places = np.unique(elements, return_inverse=True)
+        return Mesh(np.array(self.points)[used], places.reshape(elements.shape), ply, column, along)
 
 
 def shapes(a: float, b: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
