@@ -64,14 +64,16 @@ def test_the_gradient_by_plies_chord_and_twist_of_a_layup() -> None:
     """From the thickness of plies through section, blade and turbine in turbulence to a load (G-9a, G-9b)."""
     given = study(
         turbine="iea15mw", layup={"file": "iea15mw"},
-        case={"duration": 20.0, "transient": 8.0, "wind": {"intensity": 0.12, "points": 9}}, cases=[{"speed": 14.0}],
+        case={"duration": 20.0, "transient": 8.0, "wind": {"intensity": 0.12, "points": 9},
+              "blade_stations": [30.0, 70.0]}, cases=[{"speed": 14.0}],
         variables={
             "layup.Spar_Cap_*": {"knots": 2, "low": 0.6, "high": 1.5}, "layup.Shell_skin": {"low": 0.7, "high": 1.5},
             "turbine.blade.aerodynamics.chord": {"knots": 2, "low": 0.9, "high": 1.1},
             "turbine.blade.aerodynamics.twist": {"knots": 2, "add": True, "low": "-3 deg", "high": "3 deg"},
         },
         objective={"del RootMyc1": 1.0},
-        constraints={"clearance": {"least": 1.0}, "max RootMyc1": {"most": 1.0}, "mass blade": {"most": 1.0}},
+        constraints={"clearance": {"least": 1.0}, "max RootMyc1": {"most": 1.0}, "mass blade": {"most": 1.0},
+                     "max strain Spar_Cap_*": {"most": 1.0}},
     )  # fmt: skip
     problem, x = given.problem, given.variables.start
     slopes = problem.jacobian(x) * given.variables.scale

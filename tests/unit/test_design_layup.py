@@ -12,9 +12,12 @@ from meltemi import InputError, load_turbine
 from meltemi.core.yamlfile import write_record
 from meltemi.designs.layup import design_layup
 from meltemi.designs.settings import LayupSetting, VariableSetting
+from meltemi.designs.strain import moments, per_moment
+from meltemi.designs.terms import term_of
 from meltemi.designs.variables import Variables, variables_of
 from meltemi.sections.files import find_layup
 from meltemi.sections.layup import Layer, Layup, Material, Shape, Web
+from meltemi.sections.thin_walled import thin_walled_section
 
 NREL = load_turbine("nrel5mw")
 SKIN = Material(density=1900.0, E1=42e9, E2=12e9, E3=12e9, G12=4e9, G13=4e9, G23=4e9, nu12=0.28, nu13=0.28, nu23=0.4)
@@ -82,6 +85,50 @@ def test_thickness_chord_and_twist_reach_the_blade(tmp_path: Path) -> None:
     turned = variables(tmp_path, {TWIST: {"low": -0.1, "high": 0.1, "add": True}})
     change = turned.apply([0.05]).blade.structure.twist - turned.apply([0.0]).blade.structure.twist
     np.testing.assert_allclose(change, 0.05)
+
+
+def test_strains_of_layers_by_a_flapwise_moment(tmp_path: Path) -> None:
+    """Isotropic: distance from the axis over bending stiffness; at 90 degrees of twist the other axis; beside a design
+    to first order."""
+    metal = dict.fromkeys("E1 E2 E3".split(), 70e9) | dict.fromkeys("G12 G13 G23".split(), 27e9)
+    material = SKIN.replace(**metal, nu12=0.3, nu13=0.3, nu23=0.3)
+    plain = layup_of().replace(materials={"m": material}, webs=(), layers=layup_of().layers[:1])
+    write_record(plain, tmp_path / "layup.yaml")
+    given = {"layup.skin": VariableSetting(**FACTOR), CHORD: VariableSetting(**FACTOR)}
+    layup = design_layup(LayupSetting(file="layup.yaml", stations=5), NREL, tmp_path, given)
+    found = variables_of(given, NREL, {}, layup)
+    structure, places = NREL.blade.structure, np.array([15.375, 30.75])
+    along = np.cos(0.2) ** 2 - 0.3 * np.sin(0.2) ** 2  # of the fibres, 0.2 rad from the axis
+    for angle, i, across in ((0.0, 4, 0.2 * along), (np.pi / 2.0, 3, 0.5 * along)):
+        turned = NREL.replace(**{"blade.structure.twist": np.full(len(structure.position), angle)})
+        strains = layup.strains(turned, plain, "skin", places)
+        for place, strain in zip(places, strains, strict=True):
+            section = thin_walled_section(plain.section(place / NREL.blade.length))
+            assert strain == pytest.approx(across * plain.chord.at(place / 61.5) / section.stiffness[i, i], rel=0.03)
+    x, slopes = np.array([1.1, 0.9]), []
+    term = term_of("max strain skin", 1.0)
+    assert moments(term, found, [30.75])[2:4] == ("root_moment_flap_3", "station_1_moment_y_1")
+    for p in range(2):
+        h = 1e-4 * np.eye(2)[p]
+        near, computed = (
+            (per_moment(term, found, x + h, [30.75], about) - per_moment(term, found, x - h, [30.75], about)) / 2e-4
+            for about in (x, None)
+        )
+        np.testing.assert_allclose(near, computed, rtol=1e-3)
+        slopes.append(computed[3] / per_moment(term, found, x, [30.75])[3])
+    assert slopes[1] == pytest.approx(-2.0 / 0.9, rel=0.02)  # of thin walls by the chord, at held thickness
+    assert slopes[0] == pytest.approx(-1.0 / 1.1, rel=0.03)
+
+
+def test_strains_that_cannot_be(tmp_path: Path) -> None:
+    term = term_of("max strain cap_q", 1.0)
+    with pytest.raises(InputError, match="'max strain cap_q' needs a layup"):
+        moments(term, variables_of({"turbine.tower.mass": VariableSetting(**FACTOR)}, NREL, {}), [])
+    found = variables(tmp_path, {"layup.cap_p": FACTOR})
+    with pytest.raises(InputError, match="'max strain cap_q': ellipse has no layer 'cap_q'"):
+        moments(term, found, [])
+    with pytest.raises(InputError, match="'cap_p' is at none of the stations of the blade: add blade_stations"):
+        per_moment(term_of("max strain cap_p", 1.0), found, found.start, [])
 
 
 def test_the_written_layup_is_the_designed_one(tmp_path: Path) -> None:

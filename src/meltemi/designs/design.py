@@ -25,7 +25,6 @@ from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, TrialErro
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import Design
 from meltemi.designs.terms import combined, hard, term_of
-from meltemi.designs.tower import strain_per_moment
 from meltemi.designs.variables import variables_of
 from meltemi.postprocess.ensemble import MeanEstimate, mean_interval
 from meltemi.simulation.rotors import build
@@ -378,8 +377,8 @@ class _Study:
         if extremes := [(i, term) for i, term in enumerate(runs.of_runs) if term.soft]:
             result = runs.simulated(x, 0)
             for i, term in extremes:
-                per = strain_per_moment(self.variables.apply(x)) if term.strain else 1.0
-                soft[term.name] = float(found[1].of_runs[0, i]), per * hard(term, result, cases[0].case.transient)
+                extreme = hard(term, result, cases[0].case.transient, runs.factors(term, x))
+                soft[term.name] = float(found[1].of_runs[0, i]), extreme
         return changes, [c.name for c in cases], soft
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,23 +16,23 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.designs.settings import LayupSetting
 from meltemi.designs.splines import spline_rows
-from meltemi.sections.blade import MODELS, Model, distances, section_matrices, stations_of, with_matrices
+from meltemi.sections.blade import MODELS, Model, distances, stations_of, with_matrices
 from meltemi.sections.files import find_layup
 from meltemi.sections.layup import Curve, Layup
+from meltemi.sections.properties import SectionModel
+from meltemi.strength.plies import section_axes
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
-Matrices = tuple[Float, Float]
+Numbers = NDArray[Any]
 COMPLEX_STEP = 1e-30
 CHORD = ""
 """In place of the name of a layer: the chord."""
-DEGREE = 2 + np.add.outer(np.arange(6) // 3, np.arange(6) // 3)
-"""Degree of the entries of the matrices in all lengths: forces by strains, of an area; moments by curvatures."""
 OF_LAYUP = ("turbine.blade.structure.stiffness", "turbine.blade.structure.mass", "turbine.blade.structure.twist")
 """Paths of what the layup gives."""
-KEPT = 4
-"""Designs whose sections are remembered."""
+KEPT = 8
+"""Sections of designs, and derivatives, that are remembered."""
 
 
 @dataclass(frozen=True)
@@ -97,64 +99,112 @@ class DesignLayup:
         Raises:
           InputError: a section cannot be computed.
         """
-        K, M = self._matrices(layup) if about is None else self._expanded(layup, about)
-        return with_matrices(turbine, layup, self.stations, K, M)
+        K, M = zip(*self._sections(layup, self.stations, MATRICES, about), strict=True)
+        return with_matrices(turbine, layup, self.stations, np.stack(K), np.stack(M))
 
-    def _matrices(self, layup: Layup) -> Matrices:
-        with self.lock:
-            key = layup.content_hash()
-            if key not in self.known:
-                self._remember(key, section_matrices(layup, self.stations, model=self.model))
-            return self.known[key]  # type: ignore[return-value]
+    def strains(
+        self, turbine: Turbine, layup: Layup, layers: str, places: Float, about: Layup | None = None
+    ) -> Float:  # fmt: skip
+        """(S,) [1/(N m)] largest strains along the fibres of layers by a flapwise moment of 1 N m; 0 without them.
 
-    def _remember(self, key: object, value: object) -> None:
-        self.known[key] = value
-        while len(self.known) > KEPT:
-            self.known.pop(next(iter(self.known)))
-
-    def _expanded(self, layup: Layup, about: Layup) -> Matrices:
-        with self.lock:
-            key = ("slopes", about.content_hash())
-            if key not in self.known:
-                self._remember(key, self._slopes(about))
-            slopes: dict[str, Matrices] = self.known[key]  # type: ignore[assignment]
-        K, M = (each.copy() for each in self._matrices(about))
-        for name, (dK, dM) in slopes.items():
-            ratio = _along(layup, name, self.stations) / _along(about, name, self.stations) - 1.0
-            K += np.where(ratio == 0.0, 0.0, ratio)[:, None, None] * dK
-            M += np.where(ratio == 0.0, 0.0, ratio)[:, None, None] * dM
-        return K, M
-
-    def _slopes(self, layup: Layup) -> dict[str, Matrices]:
-        """Derivatives (S, 6, 6) of the matrices by relative changes of thickness, by complex steps, and of the chord.
-
-        Matrices are homogeneous in all lengths: the derivative by the chord follows from that by all thickness (G-9b).
+        Args:
+          turbine: with the twist of the design.
+          layup, about: as in :meth:`blade`.
+          layers: pattern of names.
+          places: (S,) [m] distances from the root.
         """
-        names = [*self.varied, *([CHORD] if self.of_chord else [])]
-        found = {name: (np.zeros((len(self.stations), 6, 6)), np.zeros((len(self.stations), 6, 6))) for name in names}
-        section = MODELS[self.model]
-        for i, station in enumerate(map(float, self.stations)):
-            plies = {ply.name for ply in layup.section(station).plies}
-            for name in names:
-                moved = plies if name == CHORD else plies & {name}
-                if not moved:
-                    continue
-                made = section(layup.section(station, dict.fromkeys(moved, 1.0 + COMPLEX_STEP * 1j)))
-                for slopes, matrix in zip(found[name], (made.stiffness, made.mass), strict=True):
-                    by_thickness = matrix.imag / COMPLEX_STEP
-                    slopes[i] = DEGREE * matrix.real - by_thickness if name == CHORD else by_thickness
+        stations = np.interp(places, distances(turbine, self.start, self.start.position.grid), self.start.position.grid)
+        what = Quantity(layers, partial(_fibre_strains, layers), (STRAIN_DEGREE,))
+        found = []
+        for place, (rows,) in zip(places, self._sections(layup, stations, what, about), strict=True):
+            axes = section_axes(turbine, float(place))
+            found.append(float(np.max(np.abs(rows @ axes[:, 4]), initial=0.0)))
+        return np.array(found)
+
+    def _sections(
+        self, layup: Layup, stations: Float, what: Quantity, about: Layup | None = None
+    ) -> list[tuple[Float, ...]]:
+        """Quantities of the sections at stations; with ``about`` of first order (G-9a)."""
+        section, key = MODELS[self.model], (what.name, stations.tobytes())
+        if about is None:
+            made = lambda: [what.of(section(layup.section(float(s)))) for s in stations]  # noqa: E731
+            return self._known((*key, layup.content_hash()), made)
+        near = self._sections(about, stations, what)
+        slopes = self._known((*key, about.content_hash(), "slopes"), lambda: self._slopes(about, stations, what))
+        found = []
+        for station, values, by in zip(stations, near, slopes, strict=True):
+            ratios = {name: _along(layup, name, station) / _along(about, name, station) - 1.0 for name in by}
+            found.append(tuple(
+                value + sum(ratio * by[name][k] for name, ratio in ratios.items()) for k, value in enumerate(values)
+            ))  # fmt: skip
         return found
 
+    def _slopes(self, layup: Layup, stations: Float, what: Quantity) -> list[dict[str, tuple[Float, ...]]]:
+        """Derivatives by relative changes of thickness, by complex steps, and of the chord, at each station.
 
-def _along(layup: Layup, name: str, stations: Float) -> Float:
-    """(S,) thickness of a layer, or the chord."""
+        Quantities are homogeneous in all lengths: the derivative by the chord follows from that by all thickness
+        (G-9b).
+        """
+        section, found = MODELS[self.model], []
+        for station in map(float, stations):
+            plies = {ply.name for ply in layup.section(station).plies}
+            moved = {name: {name} for name in sorted(self.varied & plies)} | ({CHORD: plies} if self.of_chord else {})
+            here: dict[str, tuple[Float, ...]] = {}
+            for name, layers in moved.items():
+                values = what.of(section(layup.section(station, dict.fromkeys(layers, 1.0 + COMPLEX_STEP * 1j))))
+                slopes = [value.imag / COMPLEX_STEP for value in values]
+                if name == CHORD:
+                    slopes = [d * v.real - by for d, v, by in zip(what.degrees, values, slopes, strict=True)]
+                here[name] = tuple(slopes)
+            found.append(here)
+        return found
+
+    def _known(self, key: object, make: Callable[[], Any]) -> Any:
+        with self.lock:
+            if key not in self.known:
+                self.known[key] = make()
+                while len(self.known) > KEPT:
+                    self.known.pop(next(iter(self.known)))
+            return self.known[key]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Arrays that follow from a section.
+
+    Attributes:
+      name: of the quantity.
+      of: the arrays of a section.
+      degrees: of their homogeneity in all lengths.
+    """
+
+    name: str
+    of: Callable[[SectionModel], tuple[Numbers, ...]]
+    degrees: tuple[NDArray[np.intp], ...]
+
+
+DEGREE = 2 + np.add.outer(np.arange(6) // 3, np.arange(6) // 3)
+"""Degree of the entries of the matrices in all lengths: forces by strains, of an area; moments by curvatures."""
+MATRICES = Quantity("matrices", lambda made: (made.stiffness, made.mass), (DEGREE, DEGREE))
+STRAIN_DEGREE = np.array([-2, -2, -2, -3, -3, -3])
+"""Degree of strains by forces and moments."""
+
+
+def _fibre_strains(layers: str, made: SectionModel) -> tuple[Numbers, ...]:
+    """(Q, 6) strains along the fibres by unit loads at the points of layers."""
+    states = made.states()
+    chosen = [fnmatchcase(made.section.plies[i].name, layers) for i in states.ply]
+    return (states.strain[chosen, 0],)
+
+
+def _along(layup: Layup, name: str, station: float) -> float:
+    """Thickness of a layer, or the chord, at a station."""
     curve = layup.chord if name == CHORD else next(layer for layer in layup.layers if layer.name == name).thickness
-    values: Float = np.interp(stations, curve.grid, curve.values)
-    return values
+    return curve.at(station)
 
 
-def layers_of(layup: Layup, pattern: str) -> list[str]:
-    """Names of the layers of a variable; ``*`` stands for any text.
+def layers_of(layup: Layup, pattern: str, where: str = "variables") -> list[str]:
+    """Names of the layers of a variable or term; ``*`` stands for any text.
 
     Raises:
       InputError: there is none.
@@ -162,7 +212,7 @@ def layers_of(layup: Layup, pattern: str) -> list[str]:
     names = [layer.name for layer in layup.layers]
     found = [name for name in names if fnmatchcase(name, pattern)]
     if not found:
-        raise InputError(f"variables: {layup.name} has no layer {pattern!r}: {did_you_mean(pattern, names)}")
+        raise InputError(f"{where}: {layup.name} has no layer {pattern!r}: {did_you_mean(pattern, names)}")
     return found
 
 

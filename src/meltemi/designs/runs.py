@@ -26,8 +26,8 @@ from meltemi.core.fingerprint import fingerprint
 from meltemi.core.yamlfile import merged, validated
 from meltemi.designs.operation import Operation
 from meltemi.designs.settings import CaseSetting, Design
+from meltemi.designs.strain import moments, per_moment
 from meltemi.designs.terms import Term, combined, hard, matching, of_turbine, slope_of, statistic
-from meltemi.designs.tower import strain_per_moment
 from meltemi.designs.variables import Variables
 from meltemi.gradients.adjoint import gradients
 from meltemi.gradients.extrapolation import STEP, extrapolated
@@ -190,9 +190,9 @@ class Runs:
         self.cases, self.variables, self.folder, self.workers = cases, variables, folder, workers
         self.of_runs = [t for t in terms if t.of_runs]
         self.of_turbine = [t for t in terms if not t.of_runs]
-        self.strained = [i for i, t in enumerate(self.of_runs) if t.strain]
-        self.per = np.array([strain_per_moment(variables.turbine) if t.strain else 1.0 for t in self.of_runs])
-        self.channels = tuple(dict.fromkeys(t.of for t in self.of_runs)) or ("generator_power",)
+        self.strained = {t.name: moments(t, variables, cases[0].case.blade_stations) for t in self.of_runs if t.strain}
+        names = [name for t in self.of_runs for name in self.strained.get(t.name, (t.of,))]
+        self.channels = tuple(dict.fromkeys(names)) or ("generator_power",)
         self.units = np.ones(len(self.of_runs))
         self.slopes = np.ones(len(self.of_runs))
         self.display = {t.name: ({"mass": "kg", "frequency": "Hz"}.get(t.kind, ""), 1.0) for t in self.of_turbine}
@@ -201,6 +201,8 @@ class Runs:
         self._models: dict[tuple[Any, ...], Model[Any]] = {}
         self._starts: dict[tuple[Any, ...], dict[str, Float]] = {}
         self._laws: dict[str, Controller] = {}
+        self._strains: dict[str, dict[str, Float]] = {}
+        self._factors: dict[tuple[Any, ...], dict[str, float]] = {}
         self._lock, self._stopped, self._batch = threading.Lock(), threading.Event(), cast("Batch | None", None)
         self.restart(variables.start)
 
@@ -324,13 +326,12 @@ class Runs:
             raise TrialError(str(error)) from None
         rows = self._all(lambda number: self._row(x, number)) if self.of_runs else [np.zeros(0)] * len(self.cases)
         found = np.array(rows).reshape(len(self.cases), len(self.of_runs))
-        found[:, self.strained] *= strain_per_moment(model.turbine) if self.strained else 1.0
         if not np.all(np.isfinite(found)) or not all(np.isfinite(v) for v in fixed.values()):
             raise TrialError("a statistic is not a finite number")
         return Statistics(found, fixed)
 
     def _row(self, x: Float, number: int) -> Float:
-        return np.array([value for value, _ in self._numbers(self.simulated(x, number), number)])
+        return np.array([value for value, _ in self._numbers(x, self.simulated(x, number), number)])
 
     def simulated(self, x: Float, number: int) -> Result:
         """The result of a run."""
@@ -343,10 +344,25 @@ class Runs:
         self.seconds += run.duration
         return result.raise_for_status() if not result.status.complete else result
 
-    def _numbers(self, result: Result, number: int) -> list[tuple[float, dict[str, Float]]]:
+    def _numbers(self, x: Float, result: Result, number: int) -> list[tuple[float, dict[str, Float]]]:
         transient = self.cases[number].case.transient
-        units = self.units / self.per
-        return [statistic(t, result, transient, unit) for t, unit in zip(self.of_runs, units, strict=True)]
+        return [
+            statistic(t, result, transient, unit, self.factors(t, x))
+            for t, unit in zip(self.of_runs, self.units, strict=True)
+        ]
+
+    def factors(self, term: Term, x: Float, about: Float | None = None) -> dict[str, float] | None:
+        """Strains by moments of 1 N m, by channel; None for other terms."""
+        if term.name not in self.strained:
+            return None
+        key = (term.name, x.tobytes(), None if about is None else about.tobytes())
+        with self._lock:
+            if key not in self._factors:
+                found = per_moment(term, self.variables, x, self.cases[0].case.blade_stations, about)
+                while len(self._factors) > 2 * len(self.strained):
+                    self._factors.pop(next(iter(self._factors)))
+                self._factors[key] = dict(zip(self.strained[term.name], map(float, found), strict=True))
+            return self._factors[key]
 
     def set_units(self) -> None:
         """Hold the magnitudes of soft extremes, and find the slopes of equivalent loads, by the run of the first case.
@@ -356,16 +372,17 @@ class Runs:
         """
         result = self.simulated(self.origin, 0)
         for i, term in enumerate(self.of_runs):
-            channels = matching(term.of, result)
+            factors = self.factors(term, self.origin)
+            channels = matching(term.of, result, factors)
             if not channels:
                 raise InputError(f"terms: {term.name!r}: no channel begins with {term.of[:-1]!r}")
             self.slopes[i] = slope_of(term, channels[0])
             unit, factor = ("µm/m", 1e6) if term.strain else channels[0].display_unit
             self.display[term.name] = (f"{unit}/s" if term.kind in ("travel", "rate") else unit, factor)
             if term.soft:
-                extreme = hard(term, result, self.cases[0].case.transient)
-                largest = max(abs(extreme), 0.1 * max(float(np.ptp(result[c.name])) for c in channels)) or 1.0
-                self.units[i] = largest * self.per[i]
+                extreme, scales = hard(term, result, self.cases[0].case.transient, factors), factors or {}
+                ranges = [scales.get(c.name, 1.0) * float(np.ptp(result[c.name])) for c in channels]
+                self.units[i] = max(abs(extreme), 0.1 * max(ranges)) or 1.0
 
     def totals(self, found: Statistics) -> tuple[Float, list[Float]]:
         """(M,) statistics of all runs together, and the derivatives of each by those of the runs."""
@@ -401,11 +418,8 @@ class Runs:
                     ways[group] = self._tables(x, case.case)
         except MeltemiError as error:
             raise TrialError(str(error)) from None
-        if self.strained:
-            per, slopes = self._per_moment(x)
-            total += np.einsum("cks,cs,p->kp", by[:, :, self.strained], found.of_runs[:, self.strained], slopes / per)
-            by[:, :, self.strained] *= per
         if m:
+            self._strains = {t.name: self._strain_slopes(t, x) for t in self.of_runs if t.strain}
             parts = self._all(lambda n: self._part(x, n, by[n], ways))
             total += np.sum(parts, axis=0)
         if self.of_turbine:
@@ -512,7 +526,10 @@ class Runs:
         used = [k for k in range(len(by)) if np.any(by[k])]
 
         def objectives(result: Result) -> list[tuple[float, dict[str, Float]]]:
-            numbers = self._numbers(result, number)
+            numbers = self._numbers(x, result, number)
+            for i, (term, (_, weights)) in enumerate(zip(self.of_runs, numbers, strict=True)):
+                for channel, slope in self._strains.get(term.name, {}).items():  # the moments held
+                    held[...] += by[:, i, None] * (weights[channel] @ result[channel]) * slope
             weighted = []
             for k in used:
                 sums: dict[str, Float] = {}
@@ -522,10 +539,11 @@ class Runs:
                 weighted.append((0.0, sums))
             return weighted
 
-        total = np.zeros((len(by), len(directions)))
+        total, held = (np.zeros((len(by), len(directions))) for _ in range(2))
         self.check()
         if used:
             total[used] = gradients(run, objectives, directions, prepare=prepare).slopes
+            total += held * [v.name not in self.without for v in self.variables.each]
             self.seconds += (3.3 + 2.0 * len(used)) * run.duration
         for p, v in enumerate(self.variables.each):
             if v.name in self.without:
@@ -534,15 +552,20 @@ class Runs:
                 total[:, p] += by @ (high - low) / (2.0 * h)
         return total
 
-    def _per_moment(self, x: Float) -> tuple[float, Float]:
-        """Strain per moment at the tower's base, and its (P,) derivatives."""
+    def _strain_slopes(self, term: Term, x: Float) -> dict[str, Float]:
+        """(P,) derivatives of the logarithm of strains by moments, by channel."""
 
-        def strain(p: int, h: float) -> dict[str, Float]:
-            turbine = self._turbine(self._moved(x, p, h), self.cases[0].case, x)
-            return {"strain": np.array(strain_per_moment(turbine))}
+        def strains(p: int, h: float) -> dict[str, Float]:
+            """Strains with a variable changed."""
+            return {"strain": np.array(list((self.factors(term, self._moved(x, p, h), x) or {}).values()))}
 
-        slopes = [extrapolated(partial(strain, p), self.step(x, p))[0] for p in range(len(x))]
-        return float(strain(0, 0.0)["strain"]), np.array([float(each.get("strain", 0.0)) for each in slopes])
+        factors = self.factors(term, x) or {}
+        rows = np.zeros((len(x), len(factors)))
+        for p, v in enumerate(self.variables.each):
+            if not v.of_law:
+                rows[p] = extrapolated(partial(strains, p), self.step(x, p))[0].get("strain", 0.0)
+        pairs = zip(factors.items(), rows.T, strict=True)
+        return {name: row / factor if factor else np.zeros(len(x)) for (name, factor), row in pairs}
 
     def _fixed(self, x: Float) -> Float:
         """(terms, P) derivatives of the terms of the turbine itself."""

@@ -6,6 +6,7 @@ Reference: docs/theory/designs.md (G-3 to G-7).
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -50,7 +51,8 @@ LOOPS = ("speed", "pitch")
 """Where a loop is opened: at the sensor of the generator speed, or at the pitch demand."""
 STRAIN = "tower_base_strain"
 """Strain of the outer fibre at the tower's base by the fore-aft moment, in place of a channel."""
-STRAINING = "tower_base_moment_fore_aft"
+STRAIN_OF = "strain "
+"""Begins what is in place of a channel for the strain of layers of the blade."""
 TWO_PI = 2.0 * np.pi
 
 
@@ -63,14 +65,17 @@ class Term:
       kind: a key of ``OF_RUNS`` or ``OF_TURBINES``.
       of: channel, part, mode or path.
       setting: weight, limits and options.
-      strain: whether it is of the strain by the moment of the channel.
     """
 
     name: str
     kind: str
     of: str
     setting: TermSetting
-    strain: bool = False
+
+    @property
+    def strain(self) -> bool:
+        """Whether it is of strains by moments (:mod:`meltemi.designs.strain`)."""
+        return self.of_runs and (self.of == STRAIN or self.of.startswith(STRAIN_OF))
 
     @property
     def of_operation(self) -> bool:
@@ -105,9 +110,7 @@ def term_of(name: str, setting: float | TermSetting | ConstraintSetting) -> Term
     of = of or {"clearance": "tip_clearance_*", "travel": "pitch_1", "rate": "pitch_1"}.get(kind, "")
     if not of:
         raise InputError(f"terms: {name!r}: expected a name after {kind}, for instance: del TwrBsMyt")
-    strain = kind in OF_RUNS and of == STRAIN
-    setting = setting if isinstance(setting, TermSetting) else TermSetting(weight=setting)
-    term = Term(name, kind, STRAINING if strain else of, setting, strain)
+    term = Term(name, kind, of, setting if isinstance(setting, TermSetting) else TermSetting(weight=setting))
     if term.of_operation:
         operation_of(term)
     return term
@@ -134,17 +137,21 @@ def soft_maximum(y: Float, sharpness: float, unit: float) -> tuple[float, Float]
     return float(logsumexp(z)) * unit / sharpness, softmax(z)
 
 
-def statistic(term: Term, result: Result, transient: float, unit: float) -> tuple[float, dict[str, Float]]:
+def statistic(
+    term: Term, result: Result, transient: float, unit: float, factors: Mapping[str, float] | None = None
+) -> tuple[float, dict[str, Float]]:
     """Statistic of a run, and its derivatives by the samples of its channels (G-3 to G-6).
 
     Args:
       transient: [s] initial part that is left out.
       unit: held magnitude of a soft extreme.
+      factors: channels and factors on them, in place of the term's channels.
     """
     after = result.time >= transient - 1e-9
-    channels = matching(term.of, result)
+    channels = matching(term.of, result, factors)
+    scales = [1.0 if factors is None else factors[c.name] for c in channels]
     step = float(result.time[1] - result.time[0])
-    y = np.concatenate([result[c.name][after] for c in channels])
+    y = np.concatenate([scale * result[c.name][after] for c, scale in zip(channels, scales, strict=True)])
     duration = float(result.time[-1] - result.time[after][0])
     if term.kind == "del":
         value, by = del_weights(y, duration=duration, slope=slope_of(term, channels[0]))
@@ -164,21 +171,24 @@ def statistic(term: Term, result: Result, transient: float, unit: float) -> tupl
         value, by = soft_maximum(sign * y, term.setting.sharpness, unit)
         value = sign * value
     weights = {}
-    for channel, part in zip(channels, np.split(by, len(channels)), strict=True):
+    for channel, scale, part in zip(channels, scales, np.split(by, len(channels)), strict=True):
         weights[channel.name] = np.zeros(len(result.time))
-        weights[channel.name][after] = part
+        weights[channel.name][after] = scale * part
     return value, weights
 
 
-def hard(term: Term, result: Result, transient: float) -> float:
+def hard(term: Term, result: Result, transient: float, factors: Mapping[str, float] | None = None) -> float:
     """Extreme that a soft one approximates."""
     after = result.time >= transient - 1e-9
-    values = [result[c.name][after] for c in matching(term.of, result)]
+    scales = factors or {}
+    values = [scales.get(c.name, 1.0) * result[c.name][after] for c in matching(term.of, result, factors)]
     return float(np.max(values)) if term.kind == "max" else float(np.min(values))
 
 
-def matching(of: str, result: Result) -> list[Channel]:
-    """Channels of a term."""
+def matching(of: str, result: Result, names: Iterable[str] | None = None) -> list[Channel]:
+    """Channels of a term, or of given names."""
+    if names is not None:
+        return [result.channel(name) for name in names]
     if of.endswith("*"):
         return [c for c in result.channels if c.name.startswith(of[:-1])]
     return [result.channel(of)]
