@@ -119,7 +119,7 @@ def test_strains_of_layers_by_a_flapwise_moment(tmp_path: Path) -> None:
         np.testing.assert_allclose(near, computed, rtol=1e-3)
         slopes.append(computed[3] / per_moment(term, found, x, [30.75])[3])
     assert 1.1 * slopes[0] + 0.9 * slopes[1] == pytest.approx(-3.0, rel=1e-3)  # of the order of lengths
-    assert 1.1 * slopes[0] == pytest.approx(-1.0, rel=0.05)  # thin walls
+    assert 1.1 * slopes[0] == pytest.approx(-1.0, rel=0.1)  # thin walls
 
 
 def test_strains_that_cannot_be(tmp_path: Path) -> None:
