@@ -1,6 +1,6 @@
 """Strains in place of channels: section moments times strains per moment, which follow the design.
 
-Reference: docs/theory/designs.md (G-17, G-18a).
+Reference: docs/theory/designs.md (G-17 to G-17b).
 """
 
 from __future__ import annotations
