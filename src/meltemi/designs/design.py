@@ -31,8 +31,8 @@ from meltemi.simulation.rotors import build
 from meltemi.turbine.power_turbine import AnyTurbine
 
 Float = NDArray[np.float64]
-CHECK_STEPS = (1e-4, 1e-5, 1e-6)
-"""Steps of the search's variables by which the gradient is checked."""
+CHECK_STEPS = (1e-3, 1e-4, 1e-5, 1e-6)
+"""Steps of the search's variables by which the gradient is checked; the start of a floater rounds small differences."""
 AGREES = 0.01
 """Relative difference up to which the gradient counts as right."""
 PROOF_SEEDS = 6
