@@ -1,6 +1,7 @@
 """Designs by gradients: cost of a gradient, and of a search, against differences and derivative-free search.
 
     python benchmarks/designs.py                    # 20 variables, 2 runs of 60 s: some ten minutes on one core
+    python benchmarks/designs.py --network --duration 40 --speeds 18 --evaluations 3000 --only differences cobyqa
     python benchmarks/designs.py --duration 600 --speeds 6 8 10 12 14 16 18 20 22 24 --seeds 6 --only gradients
 
 Run-seconds are simulated seconds until 98 % of the improvement that the search by gradients finds; a gradient counts as
@@ -10,8 +11,10 @@ the runs whose processor time it takes, as measured here.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +23,9 @@ from scipy.optimize import differential_evolution, minimize
 from meltemi.core.yamlfile import validated
 from meltemi.designs.design import Teller, _Study
 from meltemi.designs.settings import Design
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from tune_network import HIDDEN, INPUTS, PARAMETERS, controller
 
 VARIABLES: dict[str, Any] = {
     **{f"controller.{n}": {"low": 0.4, "high": 3.0, "relative": True}
@@ -30,6 +36,12 @@ VARIABLES: dict[str, Any] = {
     "turbine.tower.fore_aft_stiffness": {"knots": 3, "low": 0.8, "high": 1.3},
 }  # fmt: skip
 OBJECTIVE = {"del TwrBsMyt": 0.5, "del RootMyc1": 0.3, "std rotor_speed": 0.3, "travel pitch_1": 0.2, "energy": -0.3}
+
+
+def network(turbine: Any) -> Any:
+    """The controller of the example, with its weights at the start."""
+    hidden = np.random.default_rng(1).normal(size=INPUTS * HIDDEN) / np.sqrt(INPUTS)
+    return controller(SimpleNamespace(turbine=turbine), np.r_[hidden, np.zeros(2 * HIDDEN + 1)])  # type: ignore[arg-type]
 
 
 class Enough(Exception):
@@ -44,10 +56,13 @@ def main() -> None:
     parser.add_argument("--evaluations", type=int, default=1500, help="budget of derivative-free methods")
     parser.add_argument("--only", nargs="+", default=["gradients", "differences", "cobyqa", "nelder-mead", "evolution"])
     parser.add_argument("--gains", action="store_true", help="the four gains only")
+    parser.add_argument("--network", action="store_true", help="the 113 parameters of examples/tune_network.py")
     a = parser.parse_args()
     variables = {k: v for k, v in VARIABLES.items() if k.startswith("controller.") or not a.gains}
+    variables = {name: {"low": -3.0, "high": 3.0, "scale": 0.1} for name in PARAMETERS} if a.network else variables
     cases = [{"speed": v, "seeds": list(range(1, a.seeds + 1))} for v in a.speeds]
-    case = {"duration": a.duration + 20.0, "transient": 20.0, "wind": {"intensity": 0.14}}
+    law = {"kind": "python", "file": __file__, "function": "network"} if a.network else "baseline"
+    case = {"controller": law, "duration": a.duration + 20.0, "transient": 20.0, "wind": {"intensity": 0.14}}
     keys = {"turbine": "nrel5mw", "variables": variables, "objective": OBJECTIVE, "case": case, "cases": cases}
     design = validated(keys | {"tolerance": 1e-5, "iterations": 40}, Design, "design")
 
@@ -62,7 +77,7 @@ def main() -> None:
     warm.problem.jacobian(x)
     work = {
         "values": lambda: warm.runs.statistics(x),
-        "tables": lambda: warm.runs._tables(x, warm.cases[0].case),
+        "tables": lambda: warm.derivatives._tables(x, warm.cases[0].case),
         "gradient": lambda: slopes_of(warm, x),
     }
     spent = {}
@@ -108,7 +123,7 @@ def until(study: _Study, reach: float, runs_of_gradient: float) -> float:
 def slopes_of(study: _Study, x: Any) -> Any:
     """A gradient of the objective, not from the history."""
     study.history.known = {k: v for k, v in study.history.known.items() if not k.startswith("slopes")}
-    study.runs._starts.clear()
+    study.derivatives._starts.clear()
     return study.problem.jacobian(x)
 
 

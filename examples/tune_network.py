@@ -41,7 +41,7 @@ class NetworkState(Table):
     set_speed: float = number("rad/s", "set-point of the generator speed")
     start_pitch: float = number("rad", "pitch at the start")
     speed_integral: float = number("rad", "state: integral of the speed error, which leaks")
-    velocity: float = number("m/s", "state: tower-top velocity from the acceleration")
+    top_velocity: float = number("m/s", "state: tower-top velocity from the acceleration")
     signal: float = numbers("-", "inputs of the network", [str(i) for i in range(INPUTS)])
     hidden: float = numbers("-", "weights of the hidden layer", [str(i) for i in range(INPUTS * HIDDEN)])
     offset: float = numbers("-", "offsets of the hidden layer", [str(i) for i in range(HIDDEN)])
@@ -60,13 +60,13 @@ def controller(model: meltemi.Model, weights: np.ndarray) -> meltemi.Controller:
         acceleration = measurements.fore_aft_acceleration
         relative = measurements.generator_speed / x.set_speed - 1.0
         x.speed_integral += dt * (relative - 0.2 * x.speed_integral)
-        x.velocity += dt * (acceleration - 0.2 * x.velocity)
+        x.top_velocity += dt * (acceleration - 0.2 * x.top_velocity)
         x.signal[0], x.signal[1], x.signal[2] = (
             20.0 * relative,
             10.0 * x.speed_integral,
             10.0 * (demands.pitch[0] - x.start_pitch),
         )
-        x.signal[3], x.signal[4] = 4.0 * x.velocity, 2.0 * acceleration
+        x.signal[3], x.signal[4] = 4.0 * x.top_velocity, 2.0 * acceleration
         wanted = x.bias
         for j in range(n_hidden):
             total = x.offset[j]

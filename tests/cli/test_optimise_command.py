@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 from typing import Any
@@ -94,6 +95,10 @@ def test_a_search_its_files_and_its_resumption(
         result["variables"]["controller.proportional_gain"] * gain
     )
     assert result["objective"] < 1.0
+    with (out / "comparison.csv").open() as table:
+        for row in csv.DictReader(table):  # one definition of start, end and change
+            change = 100.0 * (float(row["end"]) / float(row["start"]) - 1.0)
+            assert float(row["change [%]"]) == pytest.approx(change, abs=0.05)
     with pytest.raises(InputError, match="add --resume to continue it"):
         command(file, out=out, workers=1)
     history = (out / "history.jsonl").read_text().splitlines()
@@ -104,3 +109,28 @@ def test_a_search_its_files_and_its_resumption(
     code = (ROOT / "docs/guide/designs.md").read_text().partition("```python\n")[2].partition("```")[0]
     exec(compile(code, "designs.md", "exec"), {})
     assert "controller.proportional_gain" in capsys.readouterr().out
+
+
+@pytest.mark.long
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="derivatives exist in compiled code only")
+@pytest.mark.parametrize("path", ["controller.proportional_gain", "turbine.tower.mass", "turbine.blade.chord"])
+def test_absurd_bounds_are_told_with_the_variable(path: str, tmp_path: Path) -> None:
+    path = path.replace("blade.chord", "blade.aerodynamics.chord")
+    wide = {"low": -1e12, "high": 1e12} | ({"relative": True} if path.startswith("controller") else {})
+    file = written(tmp_path, variables={path: wide}, constraints={})
+    with pytest.raises(InputError, match=f"variables: '{path}': neighbours of the start cannot be evaluated .*bounds"):
+        optimise(file, workers=1)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(bool(numba.config.DISABLE_JIT), reason="derivatives exist in compiled code only")
+def test_a_term_that_is_zero_in_the_middle_case_and_stops_that_are_told(tmp_path: Path) -> None:
+    """At 5 m/s the pitch rests; the supervisor's stop is an event of which the gradient knows nothing."""
+    stop = {"controller": "supervised", "events": [{"type": "request", "request": "emergency_stop", "at": 8.0}]}
+    cases = [{"speed": 18.0, "seeds": [3]}, {"speed": 5.0, "seeds": [3]}, {"speed": 12.0, "seeds": [3], "other": stop}]
+    told: list[str] = []
+    file = written(tmp_path, objective={"rate pitch_1": 1.0}, cases=cases, constraints={}, iterations=1)
+    found = optimise(file, workers=1, unchecked=True, teller=Teller(line=told.append))
+    assert found.check is not None and found.check.case == "5 m/s, seed 3"
+    (words,) = [line for line in told if line.startswith("changes of the supervisor's state")]
+    assert "in 1 of 3 runs" in words and "12 m/s, seed 3" in words

@@ -132,7 +132,7 @@ def test_a_variable_without_derivatives_is_left_to_differences_of_runs() -> None
     )
     x = given.variables.start
     slope = given.problem.jacobian(x)[0, 0]
-    assert given.runs.without.keys() == {"turbine.drivetrain.generator_efficiency"}
+    assert given.derivatives.without.keys() == {"turbine.drivetrain.generator_efficiency"}
     assert slope == pytest.approx(-1.0 / x[0], rel=1e-6)  # the energy is in proportion
 
 

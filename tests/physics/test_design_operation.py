@@ -12,6 +12,7 @@ from meltemi import load_turbine
 from meltemi.analyses.campbell import campbell
 from meltemi.analyses.modes import natural_modes
 from meltemi.core.yamlfile import validated
+from meltemi.designs.derivatives import moved
 from meltemi.designs.design import Teller, _Study
 from meltemi.designs.settings import Design
 from meltemi.designs.terms import of_turbine
@@ -40,7 +41,8 @@ def study(**changes: Any) -> _Study:
 
 
 def test_values_are_those_of_the_commands_and_derivatives_those_of_differences() -> None:
-    runs = study().runs
+    given = study()
+    runs = given.runs
     x = runs.variables.start
     found = runs.statistics(x).of_turbine
     model = runs.model(x, runs.cases[0].case)
@@ -58,12 +60,12 @@ def test_values_are_those_of_the_commands_and_derivatives_those_of_differences()
     without = still.statistics(still.variables.start).of_turbine
     for name in ("sensitivity speed at 14", "sensitivity pitch at 14"):
         assert loop.sensitivity <= without[name] < 1.01 * loop.sensitivity
-    slopes = runs._fixed(x) * runs.variables.scale
+    slopes = given.derivatives._fixed(x) * runs.variables.scale
     rows = {t.name: slopes[i] for i, t in enumerate(runs.of_turbine)}
     assert rows["mass moorings"] == pytest.approx([0.0, 0.0, 0.0, 0.25 * 0.06 * found["mass moorings"]])
     for p in range(len(x)):
         h = 0.003 * runs.variables.scale[p]
-        low, high = (runs.statistics(runs._moved(x, p, sign * h)).of_turbine for sign in (-1.0, 1.0))
+        low, high = (runs.statistics(moved(x, p, sign * h)).of_turbine for sign in (-1.0, 1.0))
         for name, row in rows.items():
             difference = (high[name] - low[name]) / 0.006
             # steady operation is found to 1e-5

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import meltemi
 from meltemi import InputError, Result, Turbine, load_turbine
-from meltemi.core.yamlfile import validated
+from meltemi.core.yamlfile import validated, write_record
+from meltemi.designs.design import _of_seeds, _places, _Study
 from meltemi.designs.problem import History, Problem
 from meltemi.designs.report import controller_text
 from meltemi.designs.runs import Statistics, TrialError, cases_of
@@ -233,7 +235,9 @@ def problem_of(toy: Toy, history: History | None = None, **limits: Any) -> Probl
     constraints = [replace(toy.of_runs[1], setting=setting)]
     toy.of_runs[1] = constraints[0]
     constraints = constraints if limits["most"] != 9.0 else []  # which is never active
-    problem = Problem(Variables(TURBINE, each), toy, toy.of_runs[:1], constraints, history or History(None, ""))  # type: ignore[arg-type]
+    problem = Problem(
+        Variables(TURBINE, each), toy, toy.derivatives, toy.of_runs[:1], constraints, history or History(None, "")
+    )  # type: ignore[arg-type]
     problem.begin()
     return problem
 
@@ -261,6 +265,14 @@ def test_the_optimum_on_a_limit_and_its_multiplier(method: str) -> None:
 def test_the_optimum_without_an_active_limit(method: str) -> None:
     problem = problem_of(Toy(), most=9.0)
     np.testing.assert_allclose(find(problem, method).x, [2.0, 1.0], atol=1e-3)
+
+
+@pytest.mark.parametrize("method", ["slsqp", "l-bfgs-b"])
+def test_the_first_step_has_the_length_of_a_scale(method: str) -> None:
+    problem = problem_of(Toy(), most=9.0)
+    find(problem, method)
+    first, second = (problem.scaled(trial.x) for trial in problem.trials[:2])
+    assert np.linalg.norm(second - first) == pytest.approx(1.0)
 
 
 def test_trials_that_fail_turn_the_search_back() -> None:
@@ -334,6 +346,35 @@ def test_winds_without_turbulence_have_no_seed() -> None:
     assert [getattr(c.case.wind, "seed", None) for c in cases] == [7, None, None]
 
 
+def test_a_gust_runs_once_in_all_sets_of_seeds_and_is_no_secret_of_the_proof() -> None:
+    gust = {"speed": 12.0, "seeds": [1, 2], "wind": {"kind": "iec", "wind_class": "IB", "model": "ECD"}}
+    random = {"speed": 16.0, "seeds": [1, 2], "weight": 3.0, "wind": {"intensity": 0.1}}
+    given = design(cases=[random, gust], proof={"seeds": [5, 6]})
+    cases = cases_of(given, Path())
+    assert [c.share for c in cases] == pytest.approx([0.375, 0.375, 0.25])
+    unseen = _Study._unseen(SimpleNamespace(design=given, cases=cases, folder=Path()))  # type: ignore[arg-type]
+    assert [c.seed for c in unseen] == [5, 6, 5]
+    runs = SimpleNamespace(of_runs=[term_of("mean pitch_1", 1.0)], slopes=[1.0], units=[1.0])
+    found = _of_seeds(runs, np.array([[1.0], [2.0], [10.0]]), 0, unseen, _places(unseen))  # type: ignore[arg-type]
+    weights = np.array([0.375, 0.25]) / 0.625
+    np.testing.assert_allclose(found, [weights @ [1.0, 10.0], weights @ [2.0, 10.0]])
+
+
+@pytest.mark.slow
+def test_ultimate_cases_of_a_load_base_have_no_share_of_the_lifetime(tmp_path: Path) -> None:
+    campaign = meltemi.loads.make_campaign("nrel5mw", "IB", quick=True, rated_wind=11.4)
+    write_record(campaign, tmp_path / "campaign.yaml")
+
+    def shares(*dlc: str) -> dict[str, float]:
+        cases = cases_of(design(cases=[], base={"file": "campaign.yaml", "dlc": dlc}), tmp_path)
+        return {c.name: c.share for c in cases}
+
+    both = shares("1.2", "1.3")
+    assert sum(both.values()) == pytest.approx(1.0)
+    assert all((share > 0.0) == name.startswith("dlc1.2") for name, share in both.items())
+    assert list(shares("1.3").values()) == pytest.approx([1.0 / 9.0] * 9)
+
+
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
@@ -383,4 +424,7 @@ def test_ipopt_is_asked_for_where_it_is_missing() -> None:
 
 def test_ipopt_finds_the_same_optimum() -> None:
     pytest.importorskip("cyipopt", reason="needs cyipopt: pip install cyipopt")
-    np.testing.assert_allclose(find(problem_of(Toy(), most=2.0), "ipopt").x, [1.5, 0.5], atol=1e-3)
+    problem = problem_of(Toy(), most=2.0)
+    ended = search(problem, method="ipopt", iterations=200, tolerance=1e-9, step=lambda y: None)
+    np.testing.assert_allclose(problem.best().x, [1.5, 0.5], atol=1e-3)
+    assert ended.startswith("Algorithm terminated successfully")

@@ -69,11 +69,13 @@ def test_other_threads_and_other_handlers_are_left_alone() -> None:
     thread = threading.Thread(target=inside)
     thread.start()
     thread.join()
-    with on_interrupt(lambda frame: None):
-        mine = signal.getsignal(signal.SIGINT)
-        with on_interrupt(lambda frame: None):
-            assert signal.getsignal(signal.SIGINT) is mine
-        assert signal.getsignal(signal.SIGINT) is mine
+    mine = signal.signal(signal.SIGINT, lambda number, frame: None)
+    try:
+        before = signal.getsignal(signal.SIGINT)
+        with on_interrupt(seen.append):
+            assert signal.getsignal(signal.SIGINT) is before
+    finally:
+        signal.signal(signal.SIGINT, mine)
     assert seen == [True]
 
 
@@ -118,3 +120,19 @@ def test_a_run_stops_and_nothing_is_raised_through_compiled_code(name: str, pass
     march(run)  # type: ignore[arg-type]
     assert (run.interrupted, run.rest, run.passed) == (True, 4, passed)
     assert given_back()
+
+
+def test_an_inner_block_hears_first_and_gives_back_to_the_outer_one() -> None:
+    heard: list[str] = []
+
+    def outer(_: Any) -> None:
+        heard.append("outer")
+        raise KeyboardInterrupt
+
+    with on_interrupt(outer):
+        with on_interrupt(lambda _: heard.append("inner")):
+            signal.raise_signal(signal.SIGTERM)
+            assert heard == ["inner"]
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGTERM)
+    assert heard == ["inner", "outer"]

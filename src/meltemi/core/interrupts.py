@@ -19,15 +19,15 @@ USUAL: dict[int, Any] = {signal.SIGINT: signal.default_int_handler, signal.SIGTE
 
 @contextmanager
 def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
-    """Within the block the first Ctrl-C or SIGTERM calls ``act`` with the current frame; later ones act as usual.
+    """Within the block the first Ctrl-C or SIGTERM calls ``act`` with the current frame; later ones act as outside.
 
     Nothing changes outside of the main thread, or for a signal with another handler.
     """
-    main = threading.current_thread() is threading.main_thread()
-    ours = [number for number, usual in USUAL.items() if main and signal.getsignal(number) == usual]
+    before = {n: signal.getsignal(n) for n in USUAL if threading.current_thread() is threading.main_thread()}
+    ours = {n: h for n, h in before.items() if h == USUAL[n] or getattr(h, "__module__", "") == __name__}
 
     def heard(number: int, frame: FrameType | None) -> None:
-        signal.signal(number, USUAL[number])
+        signal.signal(number, ours[number])
         act(frame)
 
     for number in ours:
@@ -37,7 +37,7 @@ def on_interrupt(act: Callable[[FrameType | None], None]) -> Iterator[None]:
     finally:
         for number in ours:
             try:
-                signal.signal(number, USUAL[number])
+                signal.signal(number, ours[number])
             except KeyboardInterrupt:  # Ctrl-C came just before the handler was changed
-                signal.signal(number, USUAL[number])
+                signal.signal(number, ours[number])
                 raise

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -19,9 +21,10 @@ from meltemi.core.interrupts import on_interrupt
 from meltemi.core.shown import Brief
 from meltemi.core.stores import code_identity
 from meltemi.core.yamlfile import read_record
+from meltemi.designs.derivatives import Derivatives, unreachable
 from meltemi.designs.layup import design_layup
 from meltemi.designs.problem import FEASIBLE, History, Problem, Trial
-from meltemi.designs.runs import START, DesignCase, Interrupted, Runs, TrialError, cases_of
+from meltemi.designs.runs import START, DesignCase, Runs, TrialError, cases_of
 from meltemi.designs.search import multipliers, search
 from meltemi.designs.settings import Design
 from meltemi.designs.terms import combined, hard, term_of
@@ -43,28 +46,35 @@ HISTORY = "history.jsonl"
 
 @dataclass(frozen=True)
 class GradientCheck:
-    """Derivative of the objective in the middle one of the cases along its gradient: by the adjoint, by differences.
+    """Derivatives of the objective in one of the cases, by the adjoint and by differences.
 
     Attributes:
       case: name of the case.
-      adjoint, difference: derivatives per unit of the search.
+      pairs: per unit of the search along the gradient, along all variables alike, and along these with alternating
+        signs: derivative by the adjoint, by differences, and sum of the magnitudes of its parts by the variables.
       table_error: estimate of the relative error of the derivatives of tables.
     """
 
     case: str
-    adjoint: float
-    difference: float
+    pairs: tuple[tuple[float, float, float], ...]
     table_error: float
 
     @property
     def error(self) -> float:
-        """Relative difference."""
-        return abs(self.adjoint - self.difference) / (abs(self.difference) or 1.0)
+        """Largest difference, over the magnitudes."""
+        return max(abs(adjoint - difference) / (size or 1.0) for adjoint, difference, size in self.pairs)
 
     @property
     def agrees(self) -> bool:
         """Whether the gradient can be trusted."""
         return self.error <= AGREES
+
+    @property
+    def words(self) -> str:
+        """Numbers of the worst direction."""
+        adjoint, difference, _ = max(self.pairs, key=lambda p: abs(p[0] - p[1]) / (p[2] or 1.0))
+        return (f"{self.case}: adjoint {adjoint:.6g}, difference {difference:.6g} ({self.error:.1e}) in the worst of "
+                f"{len(self.pairs)} directions; derivatives of tables to {self.table_error:.0e}")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -74,8 +84,8 @@ class Change:
     Attributes:
       name: of the term.
       unit: engineering unit of the values.
-      start, end: values in this unit.
-      change: of the ratio, paired by seed; None for terms of the turbine.
+      start, end: values in this unit; of runs the means over the sets of seeds.
+      change: end less start over the start, paired by set of seeds; None for terms of the turbine.
       role: objective or constraint.
     """
 
@@ -217,8 +227,15 @@ class _Study:
         self.history = History(path, str(fingerprint(*content)), resume=resume)
         self.runs = Runs(self.cases, self.terms, self.variables, folder, workers)
         self.runs.progress = teller.runs
+        self.derivatives = Derivatives(self.runs)
         self.problem = Problem(
-            self.variables, self.runs, self.objective, self.constraints, self.history, _bands(turbine)
+            self.variables,
+            self.runs,
+            self.derivatives.of,
+            self.objective,
+            self.constraints,
+            self.history,
+            _bands(turbine),
         )
         self.iterations: list[Trial] = []
         self.early: list[str] = []
@@ -240,7 +257,7 @@ class _Study:
         say, problem, d = self.teller.line, self.problem, self.design
         say(f"{len(self.variables.each)} variables, {len(self.cases)} runs, {len(problem.terms)} terms")
         interrupted, ended = False, ""
-        with on_interrupt(lambda _: self.runs.stop()):
+        with on_interrupt(_interrupt):
             try:
                 self.runs.set_units()
                 first = problem.begin()
@@ -253,14 +270,14 @@ class _Study:
                 best = problem.best()
                 active, rest = self._ended(lambda: multipliers(problem, best.x, slope), ({}, np.nan))
                 proof, names, soft = self._ended(lambda: self._proof(best.x), ([], [], {}))
-            except Interrupted:
+            except KeyboardInterrupt:
                 if not self.iterations:
-                    raise KeyboardInterrupt from None
+                    raise
                 interrupted, ended, best = True, "interrupted", problem.best()
                 check, active, rest, proof, names, soft = None, {}, np.nan, [], [], {}
         failed = [t for t in problem.trials if t.failed]
         notes = [*self.early] + [
-            f"{v}: derivatives by differences of runs, since {why}" for v, why in self.runs.without.items()
+            f"{v}: derivatives by differences of runs, since {why}" for v, why in self.derivatives.without.items()
         ]
         notes += [f"{len(failed)} trials could not be evaluated, the last: {failed[-1].failed}"] if failed else []
         if best.violation > FEASIBLE:
@@ -296,46 +313,83 @@ class _Study:
         self.teller.iteration(self.problem, self.iterations)
 
     def _check(self, unchecked: bool) -> GradientCheck:
-        """Compare the gradient in the middle one of the cases with differences along it."""
-        case = self.cases[len(self.cases) // 2]
+        """Compare the gradient in the middle one of the cases, and in that with the most switches, with differences."""
+        middle, worst = len(self.cases) // 2, self._switches()
+        checks = [self._compare(number) for number in dict.fromkeys((middle, worst)) if number is not None]
+        for check in checks:
+            self.teller.line(f"gradient in {check.words}")
+        if not checks[0].agrees and not unchecked:
+            raise InputError(
+                f"the gradient in {checks[0].words}: the objective is not smooth here, as where a controller switches, "
+                "a limit acts or an extreme is one event; choose other cases or terms, a smoothing of the controller, "
+                "or --unchecked"
+            )
+        self.early += [f"the gradient may be wrong in {each.words}" for each in checks if not each.agrees]
+        return checks[0]
+
+    def _switches(self) -> int | None:
+        """Tell what switches in the first run of each of the cases at the start; the number of that with the most."""
+        first = {case.group: number for number, case in reversed([*enumerate(self.cases)])}
+        numbers = sorted(first.values())
+        found = self.history.get("switches", lambda: {"counts": self._start(self.derivatives.switches, numbers)})
+        totals = dict.fromkeys(numbers, 0)
+        for kind in sorted({kind for counts in found["counts"] for kind in counts}):
+            where = [(n, counts[kind]) for n, counts in zip(numbers, found["counts"], strict=True) if counts.get(kind)]
+            for number, count in where:
+                totals[number] += count
+            most = sorted(where, key=lambda each: -each[1])
+            shown = ", ".join(f"{self.cases[n].name} ({count})" for n, count in most[:3])
+            self.teller.line(f"{kind} in {len(where)} of {len(numbers)} runs, most in {shown}")
+        worst = max(totals, key=lambda number: totals[number])
+        return worst if totals[worst] else None
+
+    def _compare(self, number: int) -> GradientCheck:
+        """Derivatives of the objective in a case in some directions: by the adjoint, and by differences."""
+        case = self.cases[number]
 
         def make() -> dict[str, Any]:
             alone = Runs([replace(case, share=1.0)], self.terms, self.variables, self.folder, 1)
             alone.units, alone.slopes, alone.seconds = self.runs.units, self.runs.slopes, 0.0
-            problem = Problem(self.variables, alone, self.objective, self.constraints, History(None, ""))
-            problem.begin()
+            derivatives, none = Derivatives(alone), History(None, "")
+            problem = Problem(self.variables, alone, derivatives.of, self.objective, self.constraints, none)
+            problem.first, problem.limits = self.problem.first, self.problem.limits  # a term may be zero in this case
             row = self._slopes(problem)[0]
-            size = float(np.linalg.norm(row))
-            y, way = problem.scaled(self.variables.start), row / (size or 1.0)
-            found = []
-            for h in CHECK_STEPS:
-                sides = [self.variables.start + self.variables.scale * (y + s * h * way) for s in (-1.0, 1.0)]
-                trials = [problem.trial(side) for side in sides]
-                if not any(t.failed for t in trials):
-                    found.append((trials[1].objective - trials[0].objective) / (2.0 * h))
+            signs = np.where(row < 0.0, -1.0, 1.0)
+            ways = [row, signs, signs * (-1.0) ** np.arange(len(row))][: 1 if len(row) == 1 else 3]
+            pairs = []
+            for way in (way / (np.linalg.norm(way) or 1.0) for way in ways):
+                found = []
+                for h in CHECK_STEPS:
+                    trials = [problem.trial(problem.unscaled(s * h * way)) for s in (-1.0, 1.0)]
+                    if not any(t.failed for t in trials):
+                        found.append((trials[1].objective - trials[0].objective) / (2.0 * h))
+                if not found:
+                    raise InputError(self._unreachable(problem))
+                slope, size = float(row @ way), float(np.abs(row) @ np.abs(way))
+                pairs.append((slope, min(found, key=lambda each: abs(each - slope)), size))
             self.runs.seconds += alone.seconds
-            self.runs.without |= alone.without
-            nearest = min(found, key=lambda each: abs(each - size), default=np.nan)
-            return {"adjoint": size, "difference": nearest, "tables": alone.table_error}
+            self.derivatives.without |= derivatives.without
+            return {"pairs": pairs, "tables": derivatives.table_error}
 
-        kept = self.history.get("check", make)
-        check = GradientCheck(case.name, kept["adjoint"], kept["difference"], kept["tables"])
-        words = (
-            f"gradient in {check.case}: adjoint {check.adjoint:.6g}, difference {check.difference:.6g} "
-            f"({check.error:.1e}); derivatives of tables to {check.table_error:.0e}"
-        )
-        self.teller.line(words)
-        if not check.agrees and not unchecked:
-            raise InputError(
-                f"the {words}: the objective is not smooth here, as where a controller switches, a limit acts or an "
-                "extreme is one event; choose other cases or terms, a smoothing of the controller, or --unchecked"
-            )
-        return check
+        kept = self.history.get(f"check {number}", make)
+        return GradientCheck(case.name, tuple(map(tuple, kept["pairs"])), kept["tables"])
+
+    def _unreachable(self, problem: Problem) -> str:
+        """Which variable has no neighbours of the start that can be evaluated."""
+        for v, unit in zip(self.variables.each, np.eye(len(self.variables.each)), strict=True):
+            for step in (-CHECK_STEPS[-1], CHECK_STEPS[-1]):
+                if (trial := problem.trial(problem.unscaled(step * unit))).failed:
+                    return unreachable(v, trial.failed)
+        return "the neighbours of the start cannot be evaluated: give closer bounds"
 
     def _slopes(self, problem: Problem) -> Float:
         """Scaled derivatives at the start."""
+        return np.asarray(self._start(problem.jacobian)) * self.variables.scale
+
+    def _start(self, derivatives: Callable[..., Any], *others: Any) -> Any:
+        """What needs derivatives at the start."""
         try:
-            return problem.jacobian(self.variables.start) * self.variables.scale
+            return derivatives(self.variables.start, *others)
         except TrialError as error:
             raise InputError(f"the derivatives at the start cannot be computed: {error}") from None
 
@@ -368,8 +422,8 @@ class _Study:
             change: MeanEstimate | None = None
             if term.of_runs:
                 both = [_of_seeds(runs, each.of_runs, i, cases, places) for each in found]
-                ends = [float(runs.totals(each)[0][i]) for each in found]
-                change = mean_interval(both[1] / both[0] - 1.0)
+                ends = [float(each.mean()) for each in both]
+                change = mean_interval((both[1] - both[0]) / (abs(ends[0]) or 1.0))
             else:
                 ends = [each.of_turbine[term.name] for each in found]
             changes.append(Change(term.name, unit, factor * ends[0], factor * ends[1], change, role))
@@ -380,6 +434,11 @@ class _Study:
                 extreme = hard(term, result, cases[0].case.transient, runs.factors(term, x))
                 soft[term.name] = float(found[1].of_runs[0, i]), extreme
         return changes, [c.name for c in cases], soft
+
+
+def _interrupt(_: FrameType | None) -> None:
+    """SIGTERM acts like Ctrl-C."""
+    raise KeyboardInterrupt
 
 
 def _places(cases: Sequence[DesignCase]) -> list[int]:
@@ -393,10 +452,12 @@ def _places(cases: Sequence[DesignCase]) -> list[int]:
 
 
 def _of_seeds(runs: Runs, values: Float, i: int, cases: Sequence[DesignCase], places: Sequence[int]) -> Float:
-    """(seeds,) statistics of a term of the cases of each seed."""
+    """(seeds,) statistics of a term of the cases of each seed; a case with one run, such as a gust, is in all sets."""
+    counts = Counter(case.group for case in cases)
+    single = {group: n == 1 for group, n in counts.items()}
     found = []
     for k in sorted(set(places)):
-        rows = [n for n, place in enumerate(places) if place == k]
+        rows = [n for n, place in enumerate(places) if place == k or single[cases[n].group]]
         shares = np.array([cases[n].share for n in rows])
         total, _ = combined(runs.of_runs[i], runs.slopes[i], values[rows, i], shares / shares.sum(), runs.units[i])
         found.append(total)

@@ -18,6 +18,7 @@ from meltemi.designs.terms import Term
 from meltemi.designs.variables import Variables
 
 Float = NDArray[np.float64]
+Derive = Callable[[Float, Float, Statistics], Float]
 FAILED = 10.0
 """Objective of a trial that cannot be evaluated, above the largest one so far: the line search goes back."""
 FEASIBLE = 1e-4
@@ -118,6 +119,7 @@ class Problem:
 
     Args:
       variables, evaluator: the variables, and what evaluates trials.
+      derivatives: function of the variables, (K, terms) outputs by the totals, and the statistics.
       objective: terms of the objective.
       constraints: terms with limits.
       history: where trials are kept.
@@ -127,10 +129,11 @@ class Problem:
     """
 
     def __init__(
-        self, variables: Variables, evaluator: Runs, objective: Sequence[Term], constraints: Sequence[Term],
-        history: History, bands: Callable[[float], tuple[float, float]] | None = None,
+        self, variables: Variables, evaluator: Runs, derivatives: Derive, objective: Sequence[Term],
+        constraints: Sequence[Term], history: History, bands: Callable[[float], tuple[float, float]] | None = None,
     ) -> None:  # fmt: skip
         self.variables, self.evaluator, self.history, self.bands = variables, evaluator, history, bands
+        self.derivatives = derivatives
         self.terms = [*evaluator.of_runs, *evaluator.of_turbine]
         self.objective, self.constraints = list(objective), list(constraints)
         self.trials: list[Trial] = []
@@ -261,7 +264,7 @@ class Problem:
             kinds, inverse = np.unique(np.abs(outputs), axis=0, return_inverse=True)
             first = [int(np.flatnonzero(inverse == j)[0]) for j in range(len(kinds))]
             # two sides of a limit have the same derivatives but for the sign
-            found = self.evaluator.derivatives(x, outputs[first], self._found(entry))
+            found = self.derivatives(x, outputs[first], self._found(entry))
             rows = []
             for k in range(len(outputs)):
                 j = int(inverse.reshape(-1)[k])

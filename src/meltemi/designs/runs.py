@@ -16,8 +16,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from meltemi.cases.case import LoadCase, case_controller, case_run, case_start, case_turbine
-from meltemi.compiler import members
+from meltemi.cases.case import LoadCase, case_controller, case_run, case_turbine
 from meltemi.control.baseline import BaselineController
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.controllers.specification import BaselineCase, SupervisedCase
@@ -29,21 +28,18 @@ from meltemi.designs.settings import CaseSetting, Design
 from meltemi.designs.strain import moments, per_moment
 from meltemi.designs.terms import Term, combined, hard, matching, of_turbine, slope_of, statistic
 from meltemi.designs.variables import Variables
-from meltemi.gradients.adjoint import gradients
-from meltemi.gradients.extrapolation import STEP, extrapolated
-from meltemi.gradients.sensitivity import Direction, matched, table_slopes
-from meltemi.loadcases.batch import Batch, Piece
+from meltemi.gradients.sensitivity import matched
+from meltemi.loadcases.batch import Batch, Piece, told_to_end
 from meltemi.simulation.bladed.rotor import BladedRotor
 from meltemi.simulation.case import Case
 from meltemi.simulation.model import Model
 from meltemi.simulation.operating_point import steady_wind
-from meltemi.simulation.plan import first_point, step_of
+from meltemi.simulation.plan import step_of
 from meltemi.simulation.points import initial_state
 from meltemi.simulation.result import Result
 from meltemi.simulation.rotors import build, kind_of
 from meltemi.simulation.run import Run
 from meltemi.simulation.simulate import Simulation, march
-from meltemi.simulation.start import Start
 from meltemi.wind.fields import SteadyWind
 from meltemi.wind.turbulent import realised
 
@@ -54,12 +50,8 @@ TURBULENT = ("NTM", "ETM", "EWM1", "EWM50")
 """Wind models of IEC 61400-1 that have a seed."""
 HELD = ("wind", "watch")
 """Arrays of a case besides the weights of the step that follow from the turbine and are held."""
-OF_START = ("q", "v", "pitch", "drive", "demands", "gears", "controller_state")
-"""Arrays that the start of a run sets, besides those of inflow and stall."""
 START_STEP = 1e-2
 """Step of differences of the start over the scale of a variable: steady operation is found to 1e-5."""
-RUN_STEP = 1e-2
-"""Step of differences of runs over the scale of a variable."""
 WITHOUT_START = tuple(
     f"control.{name}"
     for name in ("filter_frequency", "pitch.proportional_gain", "pitch.integral_gain", "pitch.gain_halving_pitch",
@@ -68,17 +60,13 @@ WITHOUT_START = tuple(
 """Settings of the control that do not act in steady operation."""
 
 
-def _group(case: LoadCase) -> str:
+def group_of(case: LoadCase) -> str:
     """Cases of one model."""
     return str(fingerprint(case.options, case.environment))
 
 
 class TrialError(MeltemiError):
     """A trial that cannot be built, trimmed or run to its end."""
-
-
-class Interrupted(Exception):
-    """Ctrl-C or SIGTERM during the runs of a trial."""
 
 
 @dataclass(frozen=True)
@@ -110,17 +98,18 @@ def cases_of(design: Design, folder: Path, settings: Sequence[CaseSetting] | Non
     if settings is None and design.base is not None:
         found = _of_base(design, folder)
     for group, each in enumerate(design.cases if settings is None else settings):
-        for seed in each.seeds:
-            wind = merged(design.case.get("wind", {}), each.wind) | ({"speed": each.speed} if each.speed else {})
-            wind = {"kind": "turbulence", **wind}
-            if wind["kind"] == "turbulence" or wind.get("model") in TURBULENT:
-                wind["seed"] = seed
+        wind = merged(design.case.get("wind", {}), each.wind) | ({"speed": each.speed} if each.speed else {})
+        wind = {"kind": "turbulence", **wind}
+        turbulent = wind["kind"] == "turbulence" or wind.get("model") in TURBULENT
+        seeds = each.seeds if turbulent else each.seeds[:1]
+        for seed in seeds:
+            wind = wind | ({"seed": seed} if turbulent else {})
             content = merged(design.case, each.other) | {"wind": wind, "turbine": design.turbine}
             content |= {} if each.sea is None else {"sea": each.sea}
             where = f"cases {group + 1}"
             speed = f"{each.speed:g} m/s" if each.speed else where
             found.append((f"{speed}, seed {seed}", validated({"duration": 600.0, **content}, LoadCase, where),
-                          each.weight / len(each.seeds), group, seed))  # fmt: skip
+                          each.weight / len(seeds), group, seed))  # fmt: skip
     total = sum(weight for _, _, weight, _, _ in found)
     return [DesignCase(name, case, weight / total, group, seed) for name, case, weight, group, seed in found]
 
@@ -140,7 +129,8 @@ def _of_base(design: Design, folder: Path) -> list[tuple[str, LoadCase, float, i
             f"base: {len(chosen)} cases, at most {design.base.most} (base.most): choose fewer, or raise it"
         )
     content = {k: v for k, v in design.case.items() if k not in ("wind", "turbine")} | {"turbine": design.turbine}
-    shares = [c.weight.share if c.weight else 1.0 for c in chosen]
+    shares = [c.weight.share if c.weight else 0.0 for c in chosen]  # cases of ultimate loads: for extremes
+    shares = shares if any(shares) else [1.0] * len(chosen)
     return [
         (c.name, validated(merged(c.content, content), LoadCase, c.name), share, i, c.seed or 0)
         for i, (c, share) in enumerate(zip(chosen, shares, strict=True))
@@ -179,8 +169,6 @@ class Runs:
     Attributes:
       display: engineering units of the terms, and factors to them.
       seconds: [s] simulated time of all runs so far; a gradient counts as the runs whose time it takes.
-      without: variables whose derivatives are differences of runs, and why.
-      table_error: largest relative error of the derivatives of tables.
     """
 
     def __init__(
@@ -196,14 +184,12 @@ class Runs:
         self.units = np.ones(len(self.of_runs))
         self.slopes = np.ones(len(self.of_runs))
         self.display = {t.name: ({"mass": "kg", "frequency": "Hz"}.get(t.kind, ""), 1.0) for t in self.of_turbine}
-        self.seconds, self.without, self.table_error = 0.0, dict[str, str](), 0.0
+        self.seconds = 0.0
         self.progress: Callable[[float], None] | None = None
         self._models: dict[tuple[Any, ...], Model[Any]] = {}
-        self._starts: dict[tuple[Any, ...], dict[str, Float]] = {}
         self._laws: dict[str, Controller] = {}
-        self._strains: dict[str, dict[str, Float]] = {}
         self._factors: dict[tuple[Any, ...], dict[str, float]] = {}
-        self._lock, self._stopped, self._batch = threading.Lock(), threading.Event(), cast("Batch | None", None)
+        self.lock = threading.Lock()
         self.restart(variables.start)
 
     # ------------------------------------------------------------------------------------------------- inputs
@@ -228,32 +214,32 @@ class Runs:
         Args:
           about: design beside which it is wanted for derivatives (``Variables.apply``).
         """
-        group = _group(case)
+        group = group_of(case)
         if group not in self._reference:
-            turbine = self._turbine(self.origin, case)
+            turbine = self.turbine(self.origin, case)
             self._reference[group] = build(turbine, case.options, case.environment)
         reference = self._reference[group]
         key = (group, x.tobytes(), None if about is None else about.tobytes())
         if (model := self._models.get(key)) is None:
-            model = build(self._turbine(x, case, about), case.options, case.environment)
+            model = build(self.turbine(x, case, about), case.options, case.environment)
             model = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
-            with self._lock:
+            with self.lock:
                 self._models[key] = model
                 while len(self._models) > 3 + 2 * len(self.variables.each):
                     self._models.pop(next(iter(self._models)))
         return model
 
-    def _turbine(self, x: Float, case: LoadCase, about: Float | None = None) -> Any:
+    def turbine(self, x: Float, case: LoadCase, about: Float | None = None) -> Any:
         base = self.variables.turbine
         given = case_turbine(case, self.folder) if (case.icing or case.imbalance or case.electrical) else base
         return replace(self.variables, turbine=given).apply(x, about)
 
     def controller(self, x: Float, case: LoadCase) -> Controller:
         """The controller of a trial: that of the turbine's settings, or one that is designed once, with its entries."""
-        law = self._law(x, case, self.model(x, case).turbine)
+        law = self.law(x, case, self.model(x, case).turbine)
         return with_entries(law, self.variables.entries(x))
 
-    def _law(self, x: Float, case: LoadCase, turbine: Any) -> Controller:
+    def law(self, x: Float, case: LoadCase, turbine: Any) -> Controller:
         """The controller of a case; that of a scheme or a file is made once, for the turbine at the start."""
         if case.controller == BaselineCase():
             return BaselineController(turbine)
@@ -268,7 +254,7 @@ class Runs:
             self._laws[key] = made
         return self._laws[key]
 
-    def _hold(self, number: int) -> _Held:
+    def hold(self, number: int) -> _Held:
         """What is held of a case, from the design at the start."""
         if number not in self._held:
             case, turbine = self.cases[number].case, self.variables.turbine
@@ -291,7 +277,7 @@ class Runs:
 
     def run(self, x: Float, number: int) -> tuple[Run, Callable[[Case], None]]:
         """A run of a trial, and what prepares its case."""
-        held, case = self._hold(number), self.cases[number].case
+        held, case = self.hold(number), self.cases[number].case
         model, controller = self.model(x, case), self.controller(x, case)
         run = case_run(case, model.turbine, self.folder, model=model, controller=controller)
         begun = run.start() if callable(run.start) else run.start
@@ -314,37 +300,38 @@ class Runs:
 
         Raises:
           TrialError: it cannot be built, or a run does not reach its end.
-          Interrupted: by Ctrl-C.
+          KeyboardInterrupt: by Ctrl-C.
         """
         try:
             model = self.model(x, self.cases[0].case)
             fixed = {t.name: of_turbine(t, model) for t in self.of_turbine if not t.of_operation}
             fixed |= self.operation.values(x)
             for number in range(len(self.cases)):
-                self._hold(number)
+                self.hold(number)
         except MeltemiError as error:
             raise TrialError(str(error)) from None
-        rows = self._all(lambda number: self._row(x, number)) if self.of_runs else [np.zeros(0)] * len(self.cases)
+        rows = self.of_cases(lambda number: self.row(x, number)) if self.of_runs else [np.zeros(0)] * len(self.cases)
         found = np.array(rows).reshape(len(self.cases), len(self.of_runs))
         if not np.all(np.isfinite(found)) or not all(np.isfinite(v) for v in fixed.values()):
             raise TrialError("a statistic is not a finite number")
         return Statistics(found, fixed)
 
-    def _row(self, x: Float, number: int) -> Float:
-        return np.array([value for value, _ in self._numbers(x, self.simulated(x, number), number)])
+    def row(self, x: Float, number: int) -> Float:
+        return np.array([value for value, _ in self.numbers(x, self.simulated(x, number), number)])
 
     def simulated(self, x: Float, number: int) -> Result:
         """The result of a run."""
         run, prepare = self.run(x, number)
         simulation = Simulation(run, prepare=prepare)
-        march(simulation, stop=self._stopped.is_set)
+        march(simulation, stop=told_to_end)
         if simulation.interrupted:
-            raise Interrupted
+            raise KeyboardInterrupt
         result = simulation.result()
         self.seconds += run.duration
         return result.raise_for_status() if not result.status.complete else result
 
-    def _numbers(self, x: Float, result: Result, number: int) -> list[tuple[float, dict[str, Float]]]:
+    def numbers(self, x: Float, result: Result, number: int) -> list[tuple[float, dict[str, Float]]]:
+        """Terms of a run, and their derivatives by the samples of its channels."""
         transient = self.cases[number].case.transient
         return [
             statistic(t, result, transient, unit, self.factors(t, x))
@@ -356,7 +343,7 @@ class Runs:
         if term.name not in self.strained:
             return None
         key = (term.name, x.tobytes(), None if about is None else about.tobytes())
-        with self._lock:
+        with self.lock:
             if key not in self._factors:
                 found = per_moment(term, self.variables, x, self.cases[0].case.blade_stations, about)
                 while len(self._factors) > 2 * len(self.strained):
@@ -393,227 +380,23 @@ class Runs:
         ]
         return np.array([value for value, _ in pairs]), [by for _, by in pairs]
 
-    # -------------------------------------------------------------------------------------------- derivatives
-
-    def derivatives(self, x: Float, outputs: Float, found: Statistics) -> Float:
-        """(K, P) derivatives of outputs by the variables, in their own units.
-
-        Args:
-          outputs: (K, terms) derivatives of the outputs by the totals, those of runs first.
-          found: statistics of the trial.
-
-        Raises:
-          TrialError: a neighbouring turbine cannot be built.
-          Interrupted: by Ctrl-C.
-        """
-        k, m = len(outputs), len(self.of_runs)
-        total, (_, inner) = np.zeros((k, len(self.variables.each))), self.totals(found)
-        by = np.zeros((len(self.cases), k, m))
-        for i, each in enumerate(inner):
-            by[:, :, i] = each[:, None] * outputs[None, :, i]
-        try:
-            ways = {}
-            for case in self.cases:
-                if (group := _group(case.case)) not in ways:
-                    ways[group] = self._tables(x, case.case)
-        except MeltemiError as error:
-            raise TrialError(str(error)) from None
-        if m:
-            self._strains = {t.name: self._strain_slopes(t, x) for t in self.of_runs if t.strain}
-            parts = self._all(lambda n: self._part(x, n, by[n], ways))
-            total += np.sum(parts, axis=0)
-        if self.of_turbine:
-            total += outputs[:, m:] @ self._fixed(x)
-        return total
-
-    def _moved(self, x: Float, p: int, change: float) -> Float:
-        moved = x.copy()
-        moved[p] += change
-        return moved
-
-    def step(self, x: Float, p: int) -> float:
-        """Step of the differences of tables by a variable."""
-        v = self.variables.each[p]
-        return min(STEP * abs(float(x[p])), v.scale) if x[p] != 0.0 and not v.add else STEP * v.scale
-
-    def _tables(self, x: Float, case: LoadCase) -> list[dict[str, Float]]:
-        """Derivatives of the model's tables by each variable."""
-        model, found = self.model(x, case), []
-        for p, v in enumerate(self.variables.each):
-            arrays: dict[str, Float] = {}
-            if not v.of_law and v.name not in self.without:
-                try:
-                    moved = partial(self._turbine_beside, x, case, p)
-                    arrays, error = table_slopes(v.name, model, moved, self.step(x, p))
-                    self.table_error = max(self.table_error, error)
-                except InputError as refused:  # without derivatives, or no turbine so far away
-                    self.without[v.name] = str(refused).partition(": ")[2].partition(", which")[0]
-            found.append(arrays)
-        return found
-
-    def ways(self, x: Float, number: int, arrays: Sequence[dict[str, Float]]) -> list[Direction]:
-        """Changes of the inputs of a case by each variable: of tables, start, and state of the controller (G-10)."""
-        case, found = self.cases[number].case, []
-        point = first_point(self.model(x, case), self._hold(number).steady, self._start(x, number))
-        for p, v in enumerate(self.variables.each):
-            state: dict[str, Float] = {}
-            if v.of_law:
-                key = (x.tobytes(), p, point, fingerprint(case.controller))
-                if key not in self._starts:
-                    beside = partial(self._state_beside, x, case, point, p)
-                    self._starts[key] = extrapolated(beside, self.step(x, p))[0]
-                state = dict(self._starts[key])
-            begin = self._begins(x, number, p)
-            if "controller_state" in begin and "controller_state" in state:
-                state["controller_state"] = state["controller_state"] + begin["controller_state"]
-            changes = {} if v.name in self.without else {**begin, **arrays[p], **state}
-            found.append(Direction(v.name, float(x[p]), 1.0, changes))
-        return found
-
-    def _start(self, x: Float, number: int, about: Float | None = None) -> Any:
-        case, steady = self.cases[number].case, self._hold(number).steady
-        model = self.model(x, case, about)
-        return initial_state(model, steady, case_start(case, model.turbine))[0]
-
-    def _begins(self, x: Float, number: int, p: int) -> dict[str, Float]:
-        """Derivatives of the start of a case by a variable, by differences; the same for all seeds of a mean wind.
-
-        A variable that changes other arrays, which carry no derivatives, is left to differences of runs.
-        """
-        v, case, steady = self.variables.each[p], self.cases[number].case, self._hold(number).steady
-        if v.of_controller or v.path in WITHOUT_START or v.name in self.without:
-            return {}
-        key = (x.tobytes(), _group(case), steady.content_hash(), fingerprint(case.start, case.controller), p)
-        with self._lock:
-            if key in self._starts:
-                return self._starts[key]
-        h, sides, law = START_STEP * v.scale, [], self.controller(x, case)
-        for sign in (-1.0, 1.0):
-            moved = self._moved(x, p, sign * h)
-            model, start = self.model(moved, case, x), self._start(moved, number, x)
-            at = Case(model, steady)
-            start.set(at) if isinstance(start, Start) else start.put(at)
-            arrays = {n: a for n, a in at.arrays.items() if isinstance(a, np.ndarray) and a.dtype == np.float64}
-            arrays["controller_state"] = law.initial_state(first_point(model, steady, start))
-            sides.append({n: a.copy() for n, a in arrays.items() if n not in (*HELD, "weights")})
-        low, high = sides
-        changed = {n for n, a in high.items() if not np.array_equal(a, low[n], equal_nan=True)}
-        records: list[Any] = [type(each) for each in (at.system, at.sections, at.control)]
-        if held := changed & {n for r in records for n, member in members(r).items() if member.constant}:
-            self.without[v.name] = f"it changes the {' and '.join(sorted(held))} of the simulation"
-        set_at_start = changed & {*at.aero_state.views, *OF_START}
-        found = {n: (high[n] - low[n]) / (2.0 * h) for n in set_at_start}
-        with self._lock:
-            self._starts[key] = found
-            while len(self._starts) > 4096:
-                self._starts.pop(next(iter(self._starts)))
-        return found
-
-    def _turbine_beside(self, x: Float, case: LoadCase, p: int, change: float) -> Any:
-        return self._turbine(self._moved(x, p, change), case, x)
-
-    def _state_beside(self, x: Float, case: LoadCase, point: StartPoint, p: int, change: float) -> dict[str, Float]:
-        """Initial state of the controller with a variable changed."""
-        moved = self._moved(x, p, change)
-        law = with_entries(self._law(moved, case, self._turbine(moved, case, x)), self.variables.entries(moved))
-        return {"controller_state": law.initial_state(point)}
-
-    def _part(self, x: Float, number: int, by: Float, ways: Mapping[str, Any]) -> Float:
-        """(K, P) contribution of a case to the derivatives."""
-        case = self.cases[number].case
-        run, prepare = self.run(x, number)
-        directions = self.ways(x, number, ways[_group(case)])
-        used = [k for k in range(len(by)) if np.any(by[k])]
-
-        def objectives(result: Result) -> list[tuple[float, dict[str, Float]]]:
-            numbers = self._numbers(x, result, number)
-            for i, (term, (_, weights)) in enumerate(zip(self.of_runs, numbers, strict=True)):
-                for channel, slope in self._strains.get(term.name, {}).items():  # the moments held
-                    held[...] += by[:, i, None] * (weights[channel] @ result[channel]) * slope
-            weighted = []
-            for k in used:
-                sums: dict[str, Float] = {}
-                for share, (_, weights) in zip(by[k], numbers, strict=True):
-                    for channel, series in weights.items():
-                        sums[channel] = sums.get(channel, 0.0) + share * series
-                weighted.append((0.0, sums))
-            return weighted
-
-        total, held = (np.zeros((len(by), len(directions))) for _ in range(2))
-        self.check()
-        if used:
-            total[used] = gradients(run, objectives, directions, prepare=prepare).slopes
-            total += held * [v.name not in self.without for v in self.variables.each]
-            self.seconds += (3.3 + 2.0 * len(used)) * run.duration
-        for p, v in enumerate(self.variables.each):
-            if v.name in self.without:
-                h = RUN_STEP * v.scale
-                low, high = (self._row(self._moved(x, p, sign * h), number) for sign in (-1.0, 1.0))
-                total[:, p] += by @ (high - low) / (2.0 * h)
-        return total
-
-    def _strain_slopes(self, term: Term, x: Float) -> dict[str, Float]:
-        """(P,) derivatives of the logarithm of strains by moments, by channel."""
-
-        def strains(p: int, h: float) -> dict[str, Float]:
-            """Strains with a variable changed."""
-            return {"strain": np.array(list((self.factors(term, self._moved(x, p, h), x) or {}).values()))}
-
-        factors = self.factors(term, x) or {}
-        rows = np.zeros((len(x), len(factors)))
-        for p, v in enumerate(self.variables.each):
-            if not v.of_law:
-                rows[p] = extrapolated(partial(strains, p), self.step(x, p))[0].get("strain", 0.0)
-        pairs = zip(factors.items(), rows.T, strict=True)
-        return {name: row / factor if factor else np.zeros(len(x)) for (name, factor), row in pairs}
-
-    def _fixed(self, x: Float) -> Float:
-        """(terms, P) derivatives of the terms of the turbine itself."""
-        case = self.cases[0].case
-        still = [t for t in self.of_turbine if not t.of_operation]
-        found = {t.name: np.zeros(len(x)) for t in still} | self.operation.slopes(x)
-
-        def terms(p: int, h: float) -> dict[str, Float]:
-            """Terms with a variable changed."""
-            model = self.model(self._moved(x, p, h), case, x)
-            return {t.name: np.array([of_turbine(t, model)]) for t in still}
-
-        for p, v in enumerate(self.variables.each):
-            if still and not v.of_law:
-                slopes, _ = extrapolated(partial(terms, p), 0.1 * self.step(x, p))
-                for name, slope in slopes.items():
-                    found[name][p] = float(slope[0])
-        return np.array([found[t.name] for t in self.of_turbine])
-
-    # --------------------------------------------------------------------------------------------------- work
-
-    def stop(self) -> None:
-        """End the runs, as after Ctrl-C."""
-        self._stopped.set()
-        if self._batch is not None:
-            self._batch.stop.set()
-
-    def _all(self, work: Callable[[int], Any]) -> list[Any]:
-        """Values of a function of the numbers of all cases, in threads.
+    def of_cases(self, work: Callable[[int], Any], numbers: Sequence[int] | None = None) -> list[Any]:
+        """Values of a function of the numbers of all or some cases, in threads.
 
         Raises:
           TrialError: one failed.
-          Interrupted: by Ctrl-C.
+          KeyboardInterrupt: by Ctrl-C.
         """
-        pieces = [Piece(f"{i + 1}: {c.name}", partial(work, i)) for i, c in enumerate(self.cases)]
-        self._batch = Batch(pieces, workers=self.workers, progress=self.progress)
-        self.check()
-        outcomes = self._batch.run()
-        self.check()
+        chosen = range(len(self.cases)) if numbers is None else numbers
+        pieces = [Piece(f"{i + 1}: {self.cases[i].name}", partial(work, i)) for i in chosen]
+        batch = Batch(pieces, workers=self.workers, progress=self.progress)
+        outcomes = batch.run()
+        if batch.interrupted:
+            raise KeyboardInterrupt
         for outcome in outcomes:
             if outcome.error is not None:
                 raise TrialError(f"case {outcome.name}: {outcome.message}")
         return [outcome.value for outcome in outcomes]
-
-    def check(self) -> None:
-        """Raise Interrupted after Ctrl-C."""
-        if self._stopped.is_set() or (self._batch is not None and self._batch.interrupted):
-            raise Interrupted
 
 
 def with_entries(controller: Controller, entries: Mapping[str, float]) -> Controller:

@@ -14,6 +14,9 @@ from meltemi.core.extras import need
 from meltemi.designs.problem import Problem
 
 Float = NDArray[np.float64]
+FIRST_STEP = 1.0
+"""Length of the first step in scales of the variables: optimisers take the negative gradient, of which the unit is that
+of the objective."""
 
 
 def search(problem: Problem, *, method: str, iterations: int, tolerance: float, step: Callable[[Float], None]) -> str:
@@ -31,17 +34,22 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
     low, high = problem.scaled(problem.variables.low), problem.scaled(problem.variables.high)
     margins = len(problem.limits)
 
+    first = problem.scaled(problem.variables.start)
+    steepness = float(np.linalg.norm(problem.jacobian(problem.variables.start)[0] * problem.variables.scale))
+    unit = steepness / FIRST_STEP or 1.0
+    close = tolerance / unit
+
     def value(y: Float) -> float:
-        return problem.trial(problem.unscaled(y)).objective
+        return problem.trial(problem.unscaled(y)).objective / unit
 
     def slope(y: Float) -> Float:
-        return problem.jacobian(problem.unscaled(y))[0] * problem.variables.scale
+        return problem.jacobian(problem.unscaled(y))[0] * problem.variables.scale / unit
 
     def limits(y: Float) -> Float:
-        return problem.trial(problem.unscaled(y)).margins
+        return problem.trial(problem.unscaled(y)).margins / unit
 
     def limit_slopes(y: Float) -> Float:
-        return problem.jacobian(problem.unscaled(y))[1:] * problem.variables.scale
+        return problem.jacobian(problem.unscaled(y))[1:] * problem.variables.scale / unit
 
     def told(y: Float, *_: Any) -> None:
         step(problem.unscaled(y))
@@ -49,17 +57,17 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
     options: dict[str, Any] = {"maxiter": iterations}
     constraints: Any = ()
     if method == "slsqp":
-        options["ftol"] = tolerance
+        options["ftol"] = close  # also the violation of limits that it allows
     elif method == "trust-constr":
-        options |= {"gtol": tolerance, "xtol": 1e-3 * tolerance, "initial_tr_radius": 1.0}
+        options |= {"gtol": close, "xtol": 1e-3 * tolerance, "initial_tr_radius": 1.0}
         constraints = [NonlinearConstraint(limits, 0.0, np.inf, jac=limit_slopes)] if margins else ()
     elif method == "l-bfgs-b":
-        options |= {"ftol": tolerance, "gtol": 0.1 * tolerance}
+        options |= {"ftol": tolerance, "gtol": 0.1 * close}
     if method == "ipopt":
         need("method: ipopt", "cyipopt")
         from cyipopt import minimize_ipopt
 
-        options = {"max_iter": iterations, "tol": tolerance, "acceptable_tol": 10.0 * tolerance, "print_level": 0}
+        options = {"max_iter": iterations, "tol": close, "acceptable_tol": 10.0 * close, "print_level": 0}
         options |= {"hessian_approximation": "limited-memory", "sb": "yes"}
         of_method: dict[str, Any] = {"options": options, "bounds": list(zip(low, high, strict=True))}
         minimise: Any = minimize_ipopt
@@ -72,10 +80,10 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
         minimise, gradient = minimize, slope
     if margins and method != "trust-constr":
         constraints = [{"type": "ineq", "fun": limits, "jac": limit_slopes}]
-    first = problem.scaled(problem.variables.start)
     with catch_warnings(action="ignore", category=UserWarning):  # of a limit whose curvature is zero
         found = minimise(value, first, jac=gradient, constraints=constraints, **of_method)
-    return str(found.message)
+    message = found.message
+    return message.decode() if isinstance(message, bytes) else str(message)
 
 
 def multipliers(problem: Problem, x: Float, first: float, margin: float = 1e-4) -> tuple[dict[str, float], float]:
