@@ -34,7 +34,7 @@ def study(**changes: Any) -> _Study:
 
 
 def test_the_gradient_of_the_whole_objective_with_new_build_and_new_start() -> None:
-    """Central differences, every trial with its own build, steady operation and run, against the adjoint (G-10)."""
+    """Central differences, every trial with its own build, steady operation and run, against the adjoint (D-21)."""
     given = study(
         variables=GAIN | {
             "turbine.blade.aerodynamics.twist": {"knots": 2, "add": True, "low": "-3 deg", "high": "3 deg"},
@@ -61,7 +61,7 @@ def test_the_gradient_of_the_whole_objective_with_new_build_and_new_start() -> N
 
 
 def test_the_gradient_by_plies_chord_and_twist_of_a_layup() -> None:
-    """From the thickness of plies through section, blade and turbine in turbulence to a load (G-9a, G-9b)."""
+    """From the thickness of plies through section, blade and turbine in turbulence to a load (D-19, D-20)."""
     given = study(
         turbine="iea15mw", layup={"file": "iea15mw"},
         case={"duration": 20.0, "transient": 8.0, "wind": {"intensity": 0.12, "points": 9},
@@ -88,7 +88,7 @@ def test_the_gradient_by_plies_chord_and_twist_of_a_layup() -> None:
 
 
 def test_the_gradient_of_the_strain_by_the_wall() -> None:
-    """The moment changes by the runs, the strain per moment by the wall: both against differences of trials (G-17)."""
+    """The moment changes by the runs, the strain per moment by the wall: both against differences of trials (D-8)."""
     given = study(
         variables=GAIN | {"tower.thickness": {"low": 0.7, "high": 1.3}, "tower.diameter": {"low": 0.9, "high": 1.1}},
         objective={"del tower_base_strain": 1.0},

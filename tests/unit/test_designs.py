@@ -142,7 +142,7 @@ def test_a_design_that_is_no_turbine_is_one_sentence() -> None:
 def test_the_soft_maximum_lies_between_the_maximum_and_its_bound() -> None:
     y = np.random.default_rng(2).normal(size=1000)
     soft, by = soft_maximum(y, 50.0, 3.0)
-    assert y.max() < soft < y.max() + 3.0 / 50.0 * np.log(1000)  # (G-6)
+    assert y.max() < soft < y.max() + 3.0 / 50.0 * np.log(1000)  # (D-6)
     assert by.sum() == pytest.approx(1.0)
     way = np.random.default_rng(3).normal(size=1000)
     difference = (soft_maximum(y + 1e-6 * way, 50.0, 3.0)[0] - soft_maximum(y - 1e-6 * way, 50.0, 3.0)[0]) / 2e-6

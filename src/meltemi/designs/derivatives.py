@@ -1,6 +1,6 @@
 """Derivatives of the runs of a design by its variables: of tables, starts, controllers, and by adjoints of the runs.
 
-Reference: docs/theory/designs.md (G-8 to G-10).
+Reference: docs/theory/designs.md (D-17 to D-21).
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ class Derivatives:
         return found
 
     def ways(self, x: Float, number: int, arrays: Sequence[dict[str, Float]]) -> list[Direction]:
-        """Changes of the inputs of a case by each variable: of tables, start, and state of the controller (G-10)."""
+        """Changes of the inputs of a case by each variable: of tables, start, and state of the controller (D-21)."""
         case, found = self.runs.cases[number].case, []
         point = first_point(self.runs.model(x, case), self.runs.hold(number).steady, self._start(x, number))
         for p, v in enumerate(self.each):

@@ -1,4 +1,4 @@
-"""The layup of the blade in a design: its sections and their derivatives by thickness and chord (G-9a, G-9b)."""
+"""The layup of the blade in a design: its sections and their derivatives by thickness and chord (D-19, D-20)."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class DesignLayup:
         Args:
           turbine: the design without them.
           layup: its layup.
-          about: expand the sections to first order about this layup, for derivatives there (G-9a).
+          about: expand the sections to first order about this layup, for derivatives there (D-19).
 
         Raises:
           InputError: a section cannot be computed.
@@ -124,7 +124,7 @@ class DesignLayup:
     def _sections(
         self, layup: Layup, stations: Float, what: Quantity, about: Layup | None = None
     ) -> list[tuple[Float, ...]]:
-        """Quantities of the sections at stations; with ``about`` of first order (G-9a)."""
+        """Quantities of the sections at stations; with ``about`` of first order (D-19)."""
         section, key = MODELS[self.model], (what.name, stations.tobytes())
         if about is None:
             made = lambda: [what.of(section(layup.section(float(s)))) for s in stations]  # noqa: E731
@@ -143,7 +143,7 @@ class DesignLayup:
         """Derivatives by relative changes of thickness, by complex steps, and of the chord, at each station.
 
         Quantities are homogeneous in all lengths: the derivative by the chord follows from that by all thickness
-        (G-9b).
+        (D-20).
         """
         section, found = MODELS[self.model], []
         for station in map(float, stations):

@@ -3,7 +3,7 @@
 The model with the law is one matrix of states, injections and what they reach, and each term has its derivatives by the
 entries of that matrix: of an eigenvalue from its two eigenvectors, of a response from the two halves of the loop.
 
-Reference: docs/theory/designs.md (G-12 to G-16).
+Reference: docs/theory/designs.md (D-12 to D-16).
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def linear_model(model: Model[Any], wind_speed: float) -> LinearModel:
 
 
 def under_law(linear: LinearModel, law: BaselineControl) -> Float:
-    """(n + 6, n + 6) linear model under the law (G-12): rates of its states and of those of the law, and the generator
+    """(n + 6, n + 6) linear model under the law (D-12): rates of its states and of those of the law, and the generator
     speed and pitch demand that the loops carry; by the states and by what is added to these two."""
     states, sensed, demand = law_matrices(law, linear.point)
     B, C, D = linear.B, linear.C, linear.D
@@ -73,7 +73,7 @@ def value_and_slopes(term: Term, linear: LinearModel, matrix: Float) -> tuple[fl
 
 @one_blas_thread
 def _damping(term: Term, name: str, linear: LinearModel, matrix: Float) -> tuple[float, Float]:
-    """Damping ratio of a mode, or soft minimum of those of several (G-13, G-14)."""
+    """Damping ratio of a mode, or soft minimum of those of several (D-13, D-14)."""
     from scipy.linalg import eig
 
     n = len(matrix) - len(LOOPS)
@@ -99,7 +99,7 @@ def _damping(term: Term, name: str, linear: LinearModel, matrix: Float) -> tuple
 
 @one_blas_thread
 def _sensitivity(term: Term, loop: str, matrix: Float) -> tuple[float, Float]:
-    """Soft maximum over the frequencies of |1 / (1 + L)|: of what a loop carries over what is added to it (G-15, G-16).
+    """Soft maximum over the frequencies of |1 / (1 + L)|: of what a loop carries over what is added to it (D-15, D-16).
 
     An unstable loop has no such amplification; that of its response is returned, which is large near the limit.
     """
@@ -182,7 +182,7 @@ class Operation:
         return self._found[1]
 
     def slopes(self, x: Float) -> dict[str, Float]:
-        """(P,) derivatives of the terms by the variables (G-13), with central differences of the matrix.
+        """(P,) derivatives of the terms by the variables (D-13), with central differences of the matrix.
 
         Raises:
           InputError: the linear model has other states beside the design.

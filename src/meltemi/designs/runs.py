@@ -1,7 +1,7 @@
 """Runs of a design: the same winds, starts and seeds for every trial, their statistics and the derivatives of these.
 
 Held over a search are the wind and its place, the time step and the constants of the integration. Each trial begins in
-its own steady operation; derivatives include it (docs/theory/designs.md, G-1 to G-10).
+its own steady operation; derivatives include it (docs/theory/designs.md, D-1 to D-21).
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
 
 
 def multipliers(problem: Problem, x: Float, first: float, margin: float = 1e-4) -> tuple[dict[str, float], float]:
-    """Multipliers of active limits and bounds at a design, and what of the gradient they leave (G-11).
+    """Multipliers of active limits and bounds at a design, and what of the gradient they leave (D-22).
 
     Args:
       first: norm of the scaled gradient at the start.

@@ -1,6 +1,6 @@
 """Strains in place of channels: section moments times strains per moment, which follow the design.
 
-Reference: docs/theory/designs.md (G-17 to G-17b).
+Reference: docs/theory/designs.md (D-8 to D-10).
 """
 
 from __future__ import annotations

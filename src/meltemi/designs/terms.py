@@ -1,6 +1,6 @@
 """Terms of objective and constraints: statistics of runs with their derivatives by samples, and of the turbine itself.
 
-Reference: docs/theory/designs.md (G-3 to G-7).
+Reference: docs/theory/designs.md (D-3 to D-7).
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def operation_of(term: Term) -> tuple[str, float]:
 
 
 def soft_maximum(y: Float, sharpness: float, unit: float) -> tuple[float, Float]:
-    """Soft maximum of values and its derivatives by them (G-5)."""
+    """Soft maximum of values and its derivatives by them (D-5)."""
     z = sharpness / unit * y
     return float(logsumexp(z)) * unit / sharpness, softmax(z)
 
@@ -140,7 +140,7 @@ def soft_maximum(y: Float, sharpness: float, unit: float) -> tuple[float, Float]
 def statistic(
     term: Term, result: Result, transient: float, unit: float, factors: Mapping[str, float] | None = None
 ) -> tuple[float, dict[str, Float]]:
-    """Statistic of a run, and its derivatives by the samples of its channels (G-3 to G-6).
+    """Statistic of a run, and its derivatives by the samples of its channels (D-3 to D-6).
 
     Args:
       transient: [s] initial part that is left out.
@@ -200,7 +200,7 @@ def slope_of(term: Term, channel: Channel) -> float:
 
 
 def combined(term: Term, slope: float, values: Float, weights: Float, unit: float) -> tuple[float, Float]:
-    """Statistic of all runs from those of each, and its derivatives by them (G-4, G-7).
+    """Statistic of all runs from those of each, and its derivatives by them (D-4, D-7).
 
     Args:
       values: (C,) statistics of the runs.

@@ -1,6 +1,6 @@
 """The tower as a tube: mass and stiffness of changed diameters and walls.
 
-Reference: docs/theory/designs.md (G-17, G-18).
+Reference: docs/theory/designs.md (D-8, D-11).
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def area_and_second_moment(diameter: Float, thickness: Float) -> tuple[Float, Fl
 
 def put_walls(tower: dict[str, Any], factors: Mapping[str, Float]) -> None:
     """Change diameter and wall of a tower's description by factors (S,): mass, axial and shear stiffness with the area,
-    bending and torsion with the second moment (G-18).
+    bending and torsion with the second moment (D-11).
 
     Raises:
       InputError: the wall is thicker than the radius.
@@ -65,7 +65,7 @@ def put_walls(tower: dict[str, Any], factors: Mapping[str, Float]) -> None:
 
 
 def strain_per_moment(turbine: Any) -> float:
-    """[1/(N m)] strain of the outer fibre at the tower's base by a fore-aft moment (G-17).
+    """[1/(N m)] strain of the outer fibre at the tower's base by a fore-aft moment (D-8).
 
     Raises:
       InputError: the turbine has no tower.

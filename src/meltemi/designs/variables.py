@@ -1,6 +1,6 @@
 """Design variables: numbers and tables of a turbine, and entries of a controller's state, as one vector.
 
-Reference: docs/theory/designs.md (G-1, G-2).
+Reference: docs/theory/designs.md (D-1, D-2).
 """
 
 from __future__ import annotations
@@ -104,11 +104,11 @@ class Variables:
         return [v.name for v in self.each]
 
     def apply(self, x: Sequence[float] | Float, about: Float | None = None) -> AnyTurbine:
-        """The turbine of a design (G-1).
+        """The turbine of a design (D-1).
 
         Args:
           x: (P,) values of the variables.
-          about: values about which the sections of a layup are expanded, for derivatives there (G-9a); else they are
+          about: values about which the sections of a layup are expanded, for derivatives there (D-19); else they are
             computed.
 
         Raises:

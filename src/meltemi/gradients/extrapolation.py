@@ -1,6 +1,6 @@
 """Derivatives of tables by central differences, extrapolated to a step of zero, with an estimate of their error.
 
-Reference: Richardson & Gaunt (1927), Phil. Trans. A 226; docs/theory/designs.md (G-8, G-9).
+Reference: Richardson & Gaunt (1927), Phil. Trans. A 226; docs/theory/designs.md (D-17, D-18).
 """
 
 from __future__ import annotations
