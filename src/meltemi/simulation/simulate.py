@@ -435,7 +435,7 @@ def describe(run: Simulation) -> dict[str, Any]:
         "transient": run.transient,
         "events": [event.model_dump(mode="json", exclude_none=True) for event in run.events],
         "channels": [channel.name for channel in run.channels],
-        "stations": asdict(run.stations),
+        "stations": {part: list(places) for part, places in asdict(run.stations).items()},
         "python": platform.python_version(),
         "numba": versions()["numba"],
         "numpy": np.__version__,
