@@ -283,6 +283,16 @@ def test_trials_that_fail_turn_the_search_back() -> None:
     assert not best.failed and best.x[0] <= 1.2 and best.objective < 1.0
 
 
+def test_iterations_are_trials_that_the_search_accepts() -> None:
+    """The callback of SLSQP is called with the first trial of a line search, here often one that fails."""
+    problem, steps = problem_of(Toy(wall=1.2), most=9.0), list[Any]()
+    search(problem, method="slsqp", iterations=200, tolerance=1e-9, step=steps.append)
+    accepted = [problem.trial(x) for x in steps]
+    assert len(accepted) > 1 and not any(t.failed for t in accepted)
+    assert [t.objective for t in accepted] == sorted((t.objective for t in accepted), reverse=True)
+    np.testing.assert_array_equal(steps[-1], problem.best().x)
+
+
 def test_a_search_without_a_feasible_trial_ends_close_to_one() -> None:
     best = find(problem_of(Toy(), most=None, least=20.0))
     np.testing.assert_allclose(best.x, [4.0, 4.0], atol=1e-6)

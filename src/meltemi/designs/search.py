@@ -51,8 +51,17 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
     def limit_slopes(y: Float) -> Float:
         return problem.jacobian(problem.unscaled(y))[1:] * problem.variables.scale / unit
 
+    last = first
+
     def told(y: Float, *_: Any) -> None:
-        step(problem.unscaled(y))
+        nonlocal last
+        if not np.array_equal(y, last):
+            last = np.array(y)
+            step(problem.unscaled(y))
+
+    def gradient(y: Float) -> Float:  # which is that of an accepted trial
+        told(y)
+        return slope(y)
 
     options: dict[str, Any] = {"maxiter": iterations}
     constraints: Any = ()
@@ -70,18 +79,17 @@ def search(problem: Problem, *, method: str, iterations: int, tolerance: float, 
         options = {"max_iter": iterations, "tol": close, "acceptable_tol": 10.0 * close, "print_level": 0}
         options |= {"hessian_approximation": "limited-memory", "sb": "yes"}
         of_method: dict[str, Any] = {"options": options, "bounds": list(zip(low, high, strict=True))}
-        minimise: Any = minimize_ipopt
-
-        def gradient(y: Float) -> Float:  # which has no callback
-            told(y)
-            return slope(y)
+        minimise: Any = minimize_ipopt  # which has no callback
     else:
-        of_method = {"options": options, "bounds": Bounds(low, high), "method": method, "callback": told}
-        minimise, gradient = minimize, slope
+        of_method = {"options": options, "bounds": Bounds(low, high), "method": method}
+        minimise = minimize
+    if method in ("l-bfgs-b", "trust-constr"):  # that of SLSQP is called with trials that the line search refuses
+        gradient, of_method["callback"] = slope, told
     if margins and method != "trust-constr":
         constraints = [{"type": "ineq", "fun": limits, "jac": limit_slopes}]
     with catch_warnings(action="ignore", category=UserWarning):  # of a limit whose curvature is zero
         found = minimise(value, first, jac=gradient, constraints=constraints, **of_method)
+    told(found.x)
     message = found.message
     return message.decode() if isinstance(message, bytes) else str(message)
 
