@@ -77,6 +77,6 @@ def test_a_mode_keeps_its_name_where_the_blades_have_most_of_it() -> None:
     runs = study(constraints={"frequency 1st tower fore-aft": {"most": 1.0}}).runs
     x, case = runs.variables.start, runs.cases[0].case
     (term,) = [t for t in runs.of_turbine if t.kind == "frequency"]
-    thinner = runs.model(runs._moved(x, 2, -0.0152), case)
+    thinner = runs.model(moved(x, 2, -0.0152), case)
     assert term.of not in {mode.name for mode in natural_modes(thinner)}
     assert of_turbine(term, thinner) == pytest.approx(of_turbine(term, runs.model(x, case)), rel=5e-3)
