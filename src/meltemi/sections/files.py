@@ -18,7 +18,7 @@ def find_layup(name: str | Path, folder: Path | None = None) -> Layup:
     Raises:
       InputError: there is no such file, or it has no layup.
     """
-    from meltemi.exchange.windio.layup import read_layup
+    import meltemi.io
     from meltemi.turbine.library import library_entries
     from meltemi.turbine.windio_package import windio_file
 
@@ -31,5 +31,5 @@ def find_layup(name: str | Path, folder: Path | None = None) -> Layup:
         if entry.windio is None:
             having = ", ".join(each for each, other in known.items() if other.windio)
             raise InputError(f"layup: {name} of the library has no layup; {having} have one: give a file")
-        return read_layup(windio_file(entry.windio, str(name)))
-    return read_layup(path)
+        return meltemi.io.read_layup(windio_file(entry.windio, str(name)))
+    return meltemi.io.read_layup(path)
