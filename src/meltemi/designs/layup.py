@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.designs.settings import LayupSetting
 from meltemi.designs.splines import spline_rows
-from meltemi.sections.blade import MODELS, Model, distances, stations_of, with_matrices
+from meltemi.sections.blade import MODELS, Model, distances, section_axes, stations_of, with_matrices
 from meltemi.sections.files import find_layup
 from meltemi.sections.layup import Curve, Layup
 from meltemi.sections.properties import SectionModel
-from meltemi.strength.plies import section_axes
 from meltemi.turbine.definition import Turbine
 from meltemi.turbine.power_turbine import AnyTurbine
 

@@ -123,3 +123,13 @@ def with_matrices(
     }
     new = type(structure)(**{name: value for name, value in changed.items() if value is not None})
     return turbine.replace(blade=turbine.blade.replace(structure=new))
+
+
+def section_axes(turbine: Turbine, place: float) -> NDArray[np.float64]:
+    """(6, 6) loads in the axes of the section from those in pitched axes, at a distance [m] from the root.
+
+    Reference: docs/theory/strength.md (G-7).
+    """
+    twist = float(np.interp(place, turbine.blade.structure.position, turbine.blade.structure.twist))
+    c, s = np.cos(twist), np.sin(twist)
+    return np.kron(np.eye(2), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])

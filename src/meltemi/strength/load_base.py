@@ -24,9 +24,10 @@ from meltemi.loads.loadbase.signals import rose_channel
 from meltemi.loads.loadbase.ultimate import Evaluation, blade_groups, runs_of, ultimate_tables
 from meltemi.postprocess.cycles import Cycles, cycle_load, sum_cycles
 from meltemi.postprocess.extremes import COMPONENTS
+from meltemi.sections.blade import section_axes
 from meltemi.sections.layup import Layup
 from meltemi.strength.criteria import SnLine, goodman_damage
-from meltemi.strength.plies import BladeStrength, StationLoads, judged_blade, section_axes
+from meltemi.strength.plies import BladeStrength, StationLoads, judged_blade
 from meltemi.strength.tube import buckling_utilisation
 from meltemi.strength.welds import SIX, Weld, WeldFatigue, WeldPlan, curve_of, judged, station_welds, tube_of
 from meltemi.turbine.definition import Turbine

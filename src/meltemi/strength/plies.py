@@ -22,6 +22,7 @@ from meltemi.core.record import Record
 from meltemi.core.shown import Brief
 from meltemi.core.yamlfile import read_mapping, validated
 from meltemi.postprocess.cycles import rainflow_cycles
+from meltemi.sections.blade import section_axes
 from meltemi.sections.laminate import laminate, turned
 from meltemi.sections.layup import Layup, Material
 from meltemi.sections.properties import PlyStates, SectionModel
@@ -169,13 +170,6 @@ class StationLoads(NamedTuple):
     times: Sequence[Float]
     loads: Sequence[Float]
     damage: Callable[[Float, SnLine], float]
-
-
-def section_axes(turbine: Turbine, place: float) -> Float:
-    """(6, 6) loads in the axes of the section from those in pitched axes, at a distance [m] from the root (G-7)."""
-    twist = float(np.interp(place, turbine.blade.structure.position, turbine.blade.structure.twist))
-    c, s = np.cos(twist), np.sin(twist)
-    return np.kron(np.eye(2), [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
 def blade_loads(
