@@ -13,6 +13,7 @@ import meltemi
 from meltemi.analysis import optimise
 from meltemi.core.yamlfile import validated
 from meltemi.designs.design import Teller, _Study
+from meltemi.designs.problem import Problem
 from meltemi.designs.settings import Design
 from meltemi.gradients.sensitivity import table_slopes
 
@@ -33,6 +34,13 @@ def study(**changes: Any) -> _Study:
     return found
 
 
+def difference(problem: Problem, p: int, h: float) -> np.ndarray:
+    """Central difference of objective and margins with a step of a scaled variable."""
+    y, change = problem.scaled(problem.variables.start), h * np.eye(len(problem.variables.each))[p]
+    low, high = (problem.trial(problem.unscaled(y + side * change)) for side in (-1.0, 1.0))
+    return np.array([high.objective - low.objective, *(high.margins - low.margins)]) / (2.0 * h)
+
+
 def test_the_gradient_of_the_whole_objective_with_new_build_and_new_start() -> None:
     """Central differences, every trial with its own build, steady operation and run, against the adjoint (D-21)."""
     given = study(
@@ -48,16 +56,10 @@ def test_the_gradient_of_the_whole_objective_with_new_build_and_new_start() -> N
     problem, x = given.problem, given.variables.start
     slopes = problem.jacobian(x) * given.variables.scale
     for p in range(len(x)):
-        sides = []
-        for h in (-1e-4, 1e-4):
-            y = problem.scaled(x)
-            y[p] += h
-            trial = problem.trial(problem.unscaled(y))
-            sides.append(np.array([trial.objective, *trial.margins]))
-        difference = (sides[1] - sides[0]) / 2e-4
         size = np.abs(slopes).max(axis=1)
+        found = difference(problem, p, 1e-4)
         # differences of the start to 1e-3; kinks of polars within the step
-        np.testing.assert_allclose(slopes[:, p], difference, rtol=3e-3, atol=3e-3 * size.max() if size.all() else 1e-3)
+        np.testing.assert_allclose(slopes[:, p], found, rtol=3e-3, atol=3e-3 * size.max() if size.all() else 1e-3)
 
 
 def test_the_gradient_by_plies_chord_and_twist_of_a_layup() -> None:
@@ -79,11 +81,8 @@ def test_the_gradient_by_plies_chord_and_twist_of_a_layup() -> None:
     slopes = problem.jacobian(x) * given.variables.scale
     size = np.abs(slopes).max()
     for p in range(len(x)):
-        found = []
-        for h in (1e-2, 3e-3, 1e-3):  # cycles appear within large steps, steady operation rounds small ones
-            sides = [problem.trial(x + s * h * given.variables.scale * (np.arange(len(x)) == p)) for s in (-1.0, 1.0)]
-            low, high = (np.array([trial.objective, *trial.margins]) for trial in sides)
-            found.append(np.abs((high - low) / (2.0 * h) - slopes[:, p]))
+        steps = (1e-2, 3e-3, 1e-3)  # cycles appear within large steps, steady operation rounds small ones
+        found = [np.abs(difference(problem, p, h) - slopes[:, p]) for h in steps]
         assert np.all(np.min(found, axis=0) < 2e-3 * size), given.variables.names[p]
 
 
@@ -97,13 +96,7 @@ def test_the_gradient_of_the_strain_by_the_wall() -> None:
     problem, x = given.problem, given.variables.start
     slopes = problem.jacobian(x) * given.variables.scale
     for p in range(len(x)):
-        sides = []
-        for h in (-1e-3, 1e-3):
-            y = problem.scaled(x)
-            y[p] += h
-            trial = problem.trial(problem.unscaled(y))
-            sides.append(np.array([trial.objective, *trial.margins]))
-        np.testing.assert_allclose(slopes[:, p], (sides[1] - sides[0]) / 2e-3, rtol=3e-3, atol=3e-4)
+        np.testing.assert_allclose(slopes[:, p], difference(problem, p, 1e-3), rtol=3e-3, atol=3e-4)
     found = dict(zip([t.name for t in problem.terms], problem.trial(x).totals, strict=True))
     tower = meltemi.load_turbine("nrel5mw").tower
     per = 0.5 * tower.diameter[0] / tower.fore_aft_stiffness[0]

@@ -18,6 +18,7 @@ from meltemi.compiler import N_DERIVATIVES, members
 from meltemi.control.controller import Controller, StartPoint
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.fingerprint import fingerprint
+from meltemi.designs.kept import keep
 from meltemi.designs.runs import HELD, START_STEP, WITHOUT_START, Runs, Statistics, TrialError, group_of, with_entries
 from meltemi.designs.terms import Term, of_turbine
 from meltemi.designs.variables import Variable
@@ -194,10 +195,7 @@ class Derivatives:
         set_at_start = changed & {*at.aero_state.views, *OF_START}
         found = {n: (high[n] - low[n]) / (2.0 * h) for n in set_at_start}
         with self.runs.lock:
-            self._starts[key] = found
-            while len(self._starts) > 4096:
-                self._starts.pop(next(iter(self._starts)))
-        return found
+            return keep(self._starts, key, found, 4096)
 
     def _turbine_beside(self, x: Float, case: LoadCase, p: int, change: float) -> Any:
         return self.runs.turbine(moved(x, p, change), case, x)

@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from meltemi.core.errors import InputError, did_you_mean
+from meltemi.designs.kept import keep
 from meltemi.designs.settings import LayupSetting
 from meltemi.designs.splines import spline_rows
-from meltemi.sections.blade import MODELS, Model, distances, section_axes, stations_of, with_matrices
+from meltemi.sections.blade import MODELS, Model, distances, load_rotation, stations_of, with_matrices
 from meltemi.sections.files import find_layup
 from meltemi.sections.layup import Curve, Layup
 from meltemi.sections.properties import SectionModel
@@ -116,7 +117,7 @@ class DesignLayup:
         what = Quantity(layers, partial(_fibre_strains, layers), (STRAIN_DEGREE,))
         found = []
         for place, (rows,) in zip(places, self._sections(layup, stations, what, about), strict=True):
-            axes = section_axes(turbine, float(place))
+            axes = load_rotation(turbine, float(place))
             found.append(float(np.max(np.abs(rows @ axes[:, 4]), initial=0.0)))
         return np.array(found)
 
@@ -160,11 +161,7 @@ class DesignLayup:
 
     def _known(self, key: object, make: Callable[[], Any]) -> Any:
         with self.lock:
-            if key not in self.known:
-                self.known[key] = make()
-                while len(self.known) > KEPT:
-                    self.known.pop(next(iter(self.known)))
-            return self.known[key]
+            return self.known[key] if key in self.known else keep(self.known, key, make(), KEPT)
 
 
 @dataclass(frozen=True)

@@ -20,11 +20,12 @@ from meltemi.analyses.linear import AZIMUTHS, LinearModel, linearise
 from meltemi.analyses.modes import Mode
 from meltemi.core.errors import InputError, did_you_mean
 from meltemi.core.threads import one_blas_thread
+from meltemi.designs.kept import keep
 from meltemi.designs.terms import LOOPS, Term, operation_of, soft_maximum
 from meltemi.simulation.bladed.rotor import with_blades, with_static_gears
 from meltemi.simulation.model import Model
 from meltemi.simulation.rotors import operating_point
-from meltemi.tuning.platform_feedback import law_matrices
+from meltemi.tuning.platform_feedback import law_matrices, under
 from meltemi.tuning.speed_loop import FREQUENCIES
 from meltemi.turbine.definition import BaselineControl
 
@@ -51,14 +52,11 @@ def linear_model(model: Model[Any], wind_speed: float) -> LinearModel:
 def under_law(linear: LinearModel, law: BaselineControl) -> Float:
     """(n + 6, n + 6) linear model under the law (D-12): rates of its states and of those of the law, and the generator
     speed and pitch demand that the loops carry; by the states and by what is added to these two."""
-    states, sensed, demand = law_matrices(law, linear.point)
+    _, sensed, demand = law_matrices(law, linear.point)
     B, C, D = linear.B, linear.C, linear.D
-    return np.block([
-        [linear.A, B @ demand, np.zeros((len(B), 1)), B[:, 1:]],
-        [sensed @ C, states + sensed @ D @ demand, sensed[:, :1], sensed @ D[:, 1:]],
-        [C[:1], D[:1] @ demand, np.ones((1, 1)), D[:1, 1:]],
-        [np.zeros((1, len(B))), demand[1:], np.zeros((1, 1)), np.ones((1, 1))],
-    ])  # fmt: skip
+    added = np.block([[np.zeros((len(B), 1)), B[:, 1:]], [sensed[:, :1], sensed @ D[:, 1:]]])
+    carried = np.block([[C[:1], D[:1] @ demand], [np.zeros((1, len(B))), demand[1:]]])
+    return np.block([[under(linear, law), added], [carried, np.array([[1.0, D[0, 1]], [0.0, 1.0]])]])
 
 
 def value_and_slopes(term: Term, linear: LinearModel, matrix: Float) -> tuple[float, Float]:
@@ -152,9 +150,7 @@ class Operation:
         held = np.where(self.steady, x, self.origin)
         key = held.tobytes(), wind_speed, None if about is None else about.tobytes()
         if key not in self._linear:
-            while len(self._linear) > 4 * len(x):
-                self._linear.pop(next(iter(self._linear)))
-            self._linear[key] = linear_model(self.model(held, about), wind_speed)
+            keep(self._linear, key, linear_model(self.model(held, about), wind_speed), 4 * len(x) + 1)
         return self._linear[key]
 
     def matrix(self, x: Float, wind_speed: float, about: Float | None = None) -> Float:

@@ -23,6 +23,7 @@ from meltemi.controllers.specification import BaselineCase, SupervisedCase
 from meltemi.core.errors import InputError, MeltemiError
 from meltemi.core.fingerprint import fingerprint
 from meltemi.core.yamlfile import merged, validated
+from meltemi.designs.kept import keep
 from meltemi.designs.operation import Operation
 from meltemi.designs.settings import CaseSetting, Design
 from meltemi.designs.strain import moments, per_moment
@@ -224,9 +225,7 @@ class Runs:
             model = build(self.turbine(x, case, about), case.options, case.environment)
             model = matched(model, reference) if isinstance(model.rotor, BladedRotor) else model
             with self.lock:
-                self._models[key] = model
-                while len(self._models) > 3 + 2 * len(self.variables.each):
-                    self._models.pop(next(iter(self._models)))
+                keep(self._models, key, model, 3 + 2 * len(self.variables.each))
         return model
 
     def turbine(self, x: Float, case: LoadCase, about: Float | None = None) -> Any:
@@ -346,9 +345,8 @@ class Runs:
         with self.lock:
             if key not in self._factors:
                 found = per_moment(term, self.variables, x, self.cases[0].case.blade_stations, about)
-                while len(self._factors) > 2 * len(self.strained):
-                    self._factors.pop(next(iter(self._factors)))
-                self._factors[key] = dict(zip(self.strained[term.name], map(float, found), strict=True))
+                factors = dict(zip(self.strained[term.name], map(float, found), strict=True))
+                keep(self._factors, key, factors, 2 * len(self.strained) + 1)
             return self._factors[key]
 
     def set_units(self) -> None:

@@ -59,7 +59,7 @@ def per_moment(
     base = None if about is None else variables.layup_at(about)
     places = np.array([0.0, *stations])
     layers = term.of.removeprefix(STRAIN_OF)
-    found = variables.layup.strains(turbine, variables.layup_at(x), layers, places, base)
+    found = variables.layup.strains(turbine, variables.layup_at(x, turbine), layers, places, base)
     if not np.any(found):
         raise InputError(
             f"terms: {term.name!r}: {layers!r} is at none of the stations of the blade: add blade_stations"

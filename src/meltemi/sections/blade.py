@@ -125,7 +125,7 @@ def with_matrices(
     return turbine.replace(blade=turbine.blade.replace(structure=new))
 
 
-def section_axes(turbine: Turbine, place: float) -> NDArray[np.float64]:
+def load_rotation(turbine: Turbine, place: float) -> NDArray[np.float64]:
     """(6, 6) loads in the axes of the section from those in pitched axes, at a distance [m] from the root.
 
     Reference: docs/theory/strength.md (G-7).

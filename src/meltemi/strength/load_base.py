@@ -24,7 +24,7 @@ from meltemi.loads.loadbase.signals import rose_channel
 from meltemi.loads.loadbase.ultimate import Evaluation, blade_groups, runs_of, ultimate_tables
 from meltemi.postprocess.cycles import Cycles, cycle_load, sum_cycles
 from meltemi.postprocess.extremes import COMPONENTS
-from meltemi.sections.blade import section_axes
+from meltemi.sections.blade import load_rotation
 from meltemi.sections.layup import Layup
 from meltemi.strength.criteria import SnLine, goodman_damage
 from meltemi.strength.plies import BladeStrength, StationLoads, judged_blade
@@ -185,7 +185,7 @@ def base_blade_strength(
     cases = extremes["case"].unique()
 
     def of_station(place: float, name: str) -> StationLoads:
-        turn, rows = section_axes(own, place), extremes.loc[name]
+        turn, rows = load_rotation(own, place), extremes.loc[name]
         loads, time = rows[list(COMPONENTS)].to_numpy(float) @ turn.T, rows["time"].to_numpy(float)
         mine = [np.flatnonzero(rows["case"] == case) for case in cases]
         none = np.full(1, np.nan), np.zeros((1, len(SIX)))  # no load is extreme here in this case

@@ -22,7 +22,7 @@ from meltemi.core.record import Record
 from meltemi.core.shown import Brief
 from meltemi.core.yamlfile import read_mapping, validated
 from meltemi.postprocess.cycles import rainflow_cycles
-from meltemi.sections.blade import section_axes
+from meltemi.sections.blade import load_rotation
 from meltemi.sections.laminate import laminate, turned
 from meltemi.sections.layup import Layup, Material
 from meltemi.sections.properties import PlyStates, SectionModel
@@ -193,7 +193,7 @@ def blade_loads(
     found = {}
     for place, channels in names.items():
         if all(name in part for name in channels):
-            found[place] = np.stack([part[name] for name in channels], axis=1) @ section_axes(turbine, place).T
+            found[place] = np.stack([part[name] for name in channels], axis=1) @ load_rotation(turbine, place).T
     if not found:
         raise InputError(
             f"stress: the result has no blade station with all six loads of blade {blade}: run with blade_stations"
